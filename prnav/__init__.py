@@ -1,0 +1,47 @@
+"""prnav: indoor navigation with photoreceptors.
+
+The names below are loaded when they are first used, so that ``import prnav`` costs milliseconds and pulls in neither
+torch, a compiler, nor any graphics library.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from prnav.errors import PrnavError
+
+__version__ = "0.1.0"
+
+_LAZY = {
+    "SceneMesh": "prnav.scene",
+    "load_scene": "prnav.scene",
+    "scene_ids": "prnav.scene",
+    "NavMesh": "prnav.navmesh",
+    "NavMeshSettings": "prnav.navmesh",
+    "load_navmesh": "prnav.navmesh",
+    "Episode": "prnav.episodes",
+    "load_episodes": "prnav.episodes",
+    "save_episodes": "prnav.episodes",
+    "generate_episodes": "prnav.episodes",
+    "Renderer": "prnav.render",
+    "Design": "prnav.sensors",
+    "load_design": "prnav.sensors",
+}
+
+__all__ = ["PrnavError", "__version__", *_LAZY]
+
+if TYPE_CHECKING:
+    from prnav.episodes import Episode, generate_episodes, load_episodes, save_episodes
+    from prnav.navmesh import NavMesh, NavMeshSettings, load_navmesh
+    from prnav.render import Renderer
+    from prnav.scene import SceneMesh, load_scene, scene_ids
+    from prnav.sensors import Design, load_design
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        value = getattr(importlib.import_module(_LAZY[name]), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'prnav' has no attribute {name!r}")
