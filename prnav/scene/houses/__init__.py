@@ -1,0 +1,6 @@
+"""Procedural homes: furnished, lit, and the same bytes from the same seed everywhere."""
+
+from prnav.scene.houses.config import SPLIT_SIZES, VERSION, HouseConfig, split_seed
+from prnav.scene.houses.house import generate_house
+
+__all__ = ["SPLIT_SIZES", "VERSION", "HouseConfig", "generate_house", "split_seed"]
