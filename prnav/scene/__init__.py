@@ -1,0 +1,6 @@
+"""Mesh files and built-in houses as one kind of arrays: :class:`SceneMesh`."""
+
+from prnav.scene.atlas import TextureAtlas
+from prnav.scene.mesh import SceneMesh
+
+__all__ = ["SceneMesh", "TextureAtlas"]

@@ -1,0 +1,99 @@
+"""All textures of a scene in one flat array of texels, with their mip levels.
+
+A flat array takes textures of any size, wraps each one exactly, and is one allocation on whatever device reads it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+OFFSET, WIDTH, HEIGHT, LEVELS = range(4)
+"""Columns of :attr:`TextureAtlas.table`."""
+
+
+@dataclass(frozen=True, eq=False)
+class TextureAtlas:
+    """Textures with mip levels; each repeats beyond the unit square.
+
+    Level l of a texture has ``max(1, width >> l) x max(1, height >> l)`` texels, each the exact mean of the area of the
+    full texture that it covers. Levels are stored one after another, row by row, the top row first.
+    """
+
+    texels: NDArray[np.uint8]  #: RGBA, (T, 4)
+    table: NDArray[np.int64]  #: per texture: offset of level 0 in texels, width, height, number of levels, (M, 4)
+
+    @classmethod
+    def from_images(cls, images: Sequence[NDArray[np.uint8]]) -> TextureAtlas:
+        """Atlas of images (H, W, 3 or 4) uint8; row 0 of the table is a white texel, image i is row i + 1."""
+        chunks: list[NDArray[np.uint8]] = []
+        rows: list[tuple[int, int, int, int]] = []
+        offset = 0
+        for image in [np.full((1, 1, 4), 255, np.uint8), *images]:
+            levels = mip_levels(_rgba(image))
+            height, width = levels[0].shape[:2]
+            rows.append((offset, width, height, len(levels)))
+            for level in levels:
+                chunks.append(level.reshape(-1, 4))
+                offset += level.shape[0] * level.shape[1]
+        return cls(np.concatenate(chunks), np.array(rows, np.int64))
+
+    @property
+    def num_textures(self) -> int:
+        """Number of textures M, the white one included."""
+        return len(self.table)
+
+    def image(self, texture: int, level: int = 0) -> NDArray[np.uint8]:
+        """One level of one texture, (h, w, 4), a view."""
+        offset, width, height, levels = (int(value) for value in self.table[texture])
+        if not 0 <= level < levels:
+            raise IndexError(f"texture {texture} has {levels} levels, not level {level}")
+        for _ in range(level):
+            offset += width * height
+            width, height = max(1, width >> 1), max(1, height >> 1)
+        return self.texels[offset : offset + width * height].reshape(height, width, 4)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """The fields by name."""
+        return {"texels": self.texels, "table": self.table}
+
+
+def mip_levels(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    """Image (H, W, C) and its smaller copies down to one texel; sides halve, rounded down, at least 1."""
+    levels = [image]
+    exact = image.astype(np.float32)
+    while max(exact.shape[:2]) > 1:
+        exact = _halve(_halve(exact, 0), 1)
+        levels.append(np.floor(exact + 0.5).astype(np.uint8))
+    return levels
+
+
+def _halve(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Image with one side halved: each texel the mean of the stretch (2 or, for odd sides, a bit more) it covers."""
+    size = image.shape[axis]
+    if size == 1:
+        return image
+    image = np.moveaxis(image, axis, 0)
+    half = size >> 1
+    if size % 2 == 0:
+        result = (image[0::2] + image[1::2]) * np.float32(0.5)
+    else:
+        # texel i covers [i, i + 1) * size / half: all of texel 2i + 1, and of its neighbours the share that is left
+        first = np.arange(half, dtype=np.float32)[:, None, None]
+        left = (half - first) / size
+        right = (first + 1.0) / size
+        result = image[0:-1:2] * left + image[1::2] * np.float32(half / size) + image[2::2] * right
+    return np.ascontiguousarray(np.moveaxis(result.astype(np.float32), 0, axis))
+
+
+def _rgba(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] not in (3, 4) or 0 in image.shape:
+        raise ValueError(f"a texture must be (H, W, 3 or 4) uint8 and not empty, not {image.shape} {image.dtype}")
+    if image.shape[2] == 4:
+        return np.ascontiguousarray(image)
+    opaque = np.full((*image.shape[:2], 1), 255, np.uint8)
+    return np.concatenate([image, opaque], axis=2)
