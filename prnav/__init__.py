@@ -29,7 +29,23 @@ _LAZY = {
     "load_design": "prnav.sensors",
 }
 
-__all__ = ["PrnavError", "__version__", *_LAZY]
+__all__ = [
+    "Design",
+    "Episode",
+    "NavMesh",
+    "NavMeshSettings",
+    "PrnavError",
+    "Renderer",
+    "SceneMesh",
+    "__version__",
+    "generate_episodes",
+    "load_design",
+    "load_episodes",
+    "load_navmesh",
+    "load_scene",
+    "save_episodes",
+    "scene_ids",
+]
 
 if TYPE_CHECKING:
     from prnav.episodes import Episode, generate_episodes, load_episodes, save_episodes
