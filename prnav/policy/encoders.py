@@ -1,0 +1,185 @@
+"""From one step's observation to one vector: the paper's transformer, a compact MLP, and a blind encoder.
+
+Letters in shapes: B batch, K sensors, P photoreceptors per sensor (grid * grid), D encoder width, S tokens.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from prnav.errors import ConfigError
+from prnav.policy.config import PolicyConfig
+from prnav.policy.features import vector_features
+
+Observations = Mapping[str, Tensor]
+Shapes = Mapping[str, tuple[int, ...]]
+
+READINGS = "photoreceptors"
+DESIGN = "design"
+GOAL = "pointgoal"
+
+
+def scale_readings(readings: Tensor) -> Tensor:
+    """Readings in [0, 1] centred and spread to about unit variance."""
+    return 4.0 * readings - 2.0
+
+
+def orthogonal(layer: nn.Linear, gain: float = math.sqrt(2.0)) -> nn.Linear:
+    """``layer`` with an orthogonal weight of the given gain and no bias."""
+    nn.init.orthogonal_(layer.weight, gain)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+def _vector_keys(shapes: Shapes) -> list[str]:
+    """Keys of the vector observations that an encoder reads, in a fixed order."""
+    return sorted(key for key, shape in shapes.items() if len(shape) == 1)
+
+
+def _sensor_shape(shapes: Shapes, encoder: str) -> tuple[int, int, int]:
+    """K, P and the length of one design vector."""
+    if READINGS not in shapes or DESIGN not in shapes:
+        raise ConfigError(
+            f"policy encoder {encoder!r} needs the observations {READINGS!r} and {DESIGN!r}; the environment gives "
+            f"{', '.join(sorted(shapes))}; use encoder 'blind' for an agent without photoreceptors"
+        )
+    sensors, receptors, channels = shapes[READINGS]
+    if channels != 3 or shapes[DESIGN][0] != sensors:
+        raise ConfigError(
+            f"policy encoder {encoder!r} needs {READINGS} (K, P, 3) and {DESIGN} (K, 7); "
+            f"it got {shapes[READINGS]} and {shapes[DESIGN]}"
+        )
+    return sensors, receptors, shapes[DESIGN][1]
+
+
+class BlindEncoder(nn.Module):
+    """MLP over the vector observations alone: GPS, compass and, where the task gives one, the goal."""
+
+    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+        super().__init__()
+        self.keys = _vector_keys(shapes)
+        self.inputs = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
+        if not self.inputs:
+            raise ConfigError(
+                f"policy encoder 'blind' has nothing to see: the environment gives {', '.join(sorted(shapes))}, "
+                f"none of them a vector; use encoder 'compact' or 'transformer'"
+            )
+        self.layers = nn.Sequential(
+            orthogonal(nn.Linear(self.inputs, config.width)),
+            nn.ReLU(),
+            orthogonal(nn.Linear(config.width, config.width)),
+            nn.ReLU(),
+        )
+
+    def vectors(self, observations: Observations) -> Tensor:
+        """Features of all vector observations, (B, inputs)."""
+        return torch.cat([vector_features(key, 0)[0](observations[key]) for key in self.keys], dim=-1)
+
+    def forward(self, observations: Observations) -> Tensor:
+        """Encoding (B, D)."""
+        return self.layers(self.vectors(observations))
+
+
+class CompactEncoder(nn.Module):
+    """MLP over all readings, all designs and the vector observations at once: about 100 times cheaper than tokens."""
+
+    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+        super().__init__()
+        sensors, receptors, design = _sensor_shape(shapes, config.encoder)
+        self.keys = _vector_keys(shapes)
+        vectors = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
+        self.layers = nn.Sequential(
+            orthogonal(nn.Linear(sensors * receptors * 3 + sensors * design + vectors, config.width)),
+            nn.ReLU(),
+            orthogonal(nn.Linear(config.width, config.width)),
+            nn.ReLU(),
+        )
+
+    def forward(self, observations: Observations) -> Tensor:
+        """Encoding (B, D)."""
+        parts = [scale_readings(observations[READINGS]).flatten(1), observations[DESIGN].flatten(1)]
+        parts += [vector_features(key, 0)[0](observations[key]) for key in self.keys]
+        return self.layers(torch.cat(parts, dim=-1))
+
+
+class TransformerBlock(nn.Module):
+    """Attention and MLP, each normalised before and added to the tokens."""
+
+    def __init__(self, width: int, heads: int, feedforward: int) -> None:
+        super().__init__()
+        self.heads = heads
+        self.attention_norm = nn.LayerNorm(width)
+        self.attention_in = nn.Linear(width, 3 * width)
+        self.attention_out = nn.Linear(width, width)
+        self.mlp_norm = nn.LayerNorm(width)
+        self.mlp_in = nn.Linear(width, feedforward)
+        self.mlp_out = nn.Linear(feedforward, width)
+
+    def forward(self, tokens: Tensor) -> Tensor:
+        """Tokens (B, S, D) after one layer."""
+        batch, count, width = tokens.shape
+        split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
+        query, key, value = split.permute(2, 0, 3, 1, 4).unbind(0)
+        attended = functional.scaled_dot_product_attention(query, key, value)
+        tokens = tokens + self.attention_out(attended.transpose(1, 2).reshape(batch, count, width))
+        return tokens + self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
+
+
+class TransformerEncoder(nn.Module):
+    """The paper's encoder (section "Architecture" and its figure in the appendix).
+
+    One token per photoreceptor, [reading, design of its sensor, learned embedding of its place in the grid]; a readout
+    token; one token for GPS and compass and, where the task has one, one for the goal. Three layers; the encoding is
+    the readout token's output.
+    """
+
+    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+        super().__init__()
+        _, receptors, design = _sensor_shape(shapes, config.encoder)
+        width = config.width
+        self.positions = nn.Parameter(0.02 * torch.randn(receptors, config.position_width))
+        self.readout = nn.Parameter(0.02 * torch.randn(width))
+        self.receptor_token = nn.Linear(3 + design + config.position_width, width)
+        keys = _vector_keys(shapes)
+        self.groups = [[key for key in keys if key != GOAL], [key for key in keys if key == GOAL]]
+        self.groups = [group for group in self.groups if group]
+        self.vector_tokens = nn.ModuleList(
+            nn.Linear(sum(vector_features(key, shapes[key][0])[1] for key in group), width) for group in self.groups
+        )
+        self.blocks = nn.ModuleList(
+            TransformerBlock(width, config.transformer_heads, config.feedforward)
+            for _ in range(config.transformer_layers)
+        )
+        self.norm = nn.LayerNorm(width)
+
+    def tokens(self, observations: Observations) -> Tensor:
+        """Input tokens (B, S, D): readout, vectors, then the photoreceptors of each sensor in turn."""
+        readings = scale_readings(observations[READINGS])  # (B, K, P, 3)
+        batch, sensors, receptors, _ = readings.shape
+        designs = observations[DESIGN][:, :, None].expand(-1, -1, receptors, -1)
+        positions = self.positions.expand(batch, sensors, -1, -1)
+        receptor_tokens = self.receptor_token(torch.cat([readings, designs, positions], dim=-1)).flatten(1, 2)
+        vector_tokens = [
+            layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))[:, None]
+            for layer, group in zip(self.vector_tokens, self.groups, strict=True)
+        ]
+        return torch.cat([self.readout.expand(batch, 1, -1), *vector_tokens, receptor_tokens], dim=1)
+
+    def forward(self, observations: Observations) -> Tensor:
+        """Encoding (B, D)."""
+        tokens = self.tokens(observations)
+        for block in self.blocks:
+            tokens = block(tokens)
+        return self.norm(tokens[:, 0])
+
+
+ENCODERS: Mapping[str, type[nn.Module]] = {
+    "transformer": TransformerEncoder,
+    "compact": CompactEncoder,
+    "blind": BlindEncoder,
+}
