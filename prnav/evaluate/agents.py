@@ -1,0 +1,124 @@
+"""Reference agents: what any trained one is measured against. All are functions of observations; none learns.
+
+The random, forward and goal-following agents are those of the Habitat paper (Savva et al. 2019, section 4.1): each
+stops when its GPS puts it within the success distance of the goal, so their scores measure moving, not stopping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.evaluate.sampling import uniforms
+
+STOP, FORWARD, LEFT, RIGHT = 0, 1, 2, 3
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """What an agent is shown before each step; N slots, of which the active ones are in an episode."""
+
+    observations: Mapping[str, NDArray[Any]]
+    """Batched observations, each (N, ...); rows of idle slots mean nothing."""
+    starts: NDArray[np.bool_]
+    """True where the episode begins with this step: memory must be cleared, shape (N,)."""
+    active: NDArray[np.bool_]
+    """True where an answer is used, shape (N,)."""
+    keys: NDArray[np.uint64]
+    """Key of (seed, episode) for :func:`prnav.evaluate.sampling.uniforms`, shape (N,)."""
+    steps: NDArray[np.int64]
+    """Steps taken so far in the episode, shape (N,)."""
+
+
+class Agent(Protocol):
+    """Anything that answers a turn with one action per slot."""
+
+    @property
+    def name(self) -> str:
+        """The agent's name in records and tables."""
+        ...
+
+    @property
+    def actions(self) -> str:
+        """How actions are chosen: "greedy", "sampled", or "rule" for an agent that has no distribution."""
+        ...
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,); those of idle slots are ignored."""
+        ...
+
+
+@dataclass(frozen=True)
+class RandomAgent:
+    """Forward, left or right with equal chance; stops within ``stop_distance`` of the goal."""
+
+    stop_distance: float = 0.2
+    name: str = "random"
+    actions: str = "sampled"
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,), drawn from (seed, episode, step) alone."""
+        drawn = 1 + np.floor(3.0 * uniforms(turn.keys, turn.steps)).astype(np.int64)
+        return np.where(_arrived(turn, self.stop_distance), STOP, drawn)
+
+
+@dataclass(frozen=True)
+class ForwardAgent:
+    """Always forward; stops within ``stop_distance`` of the goal."""
+
+    stop_distance: float = 0.2
+    name: str = "forward"
+    actions: str = "rule"
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,)."""
+        return np.where(_arrived(turn, self.stop_distance), STOP, FORWARD)
+
+
+@dataclass(frozen=True)
+class GoalFollowerAgent:
+    """Turns towards the goal when it lies more than ``max_bearing`` off, else goes forward; blind to walls."""
+
+    stop_distance: float = 0.2
+    max_bearing: float = np.pi / 12
+    """Largest bearing at which it goes forward [rad]; 15 degrees, half a turn."""
+    name: str = "goal-follower"
+    actions: str = "rule"
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,)."""
+        bearing = turn.observations["pointgoal"][:, 1]
+        move = np.where(np.abs(bearing) <= self.max_bearing, FORWARD, np.where(bearing > 0, LEFT, RIGHT))
+        return np.where(_arrived(turn, self.stop_distance), STOP, move)
+
+
+@dataclass(frozen=True)
+class ShortestPathAgent:
+    """The oracle: follows the shortest path as well as turns of a fixed angle allow. Asks the environment itself."""
+
+    expert: Callable[[], NDArray[np.int64]]
+    """Gives the oracle's action in every slot, shape (N,)."""
+    name: str = "shortest-path"
+    actions: str = "rule"
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,)."""
+        return np.asarray(self.expert(), dtype=np.int64)
+
+
+def _arrived(turn: Turn, stop_distance: float) -> NDArray[np.bool_]:
+    return turn.observations["pointgoal"][:, 0] < stop_distance
+
+
+REFERENCE_AGENTS: tuple[str, ...] = ("shortest-path", "random", "forward", "goal-follower")
+
+
+def reference_agent(name: str, expert: Callable[[], NDArray[np.int64]], stop_distance: float) -> Agent:
+    """Agent of that name from :data:`REFERENCE_AGENTS`; ``expert`` is used by the shortest-path agent alone."""
+    if name == "shortest-path":
+        return ShortestPathAgent(expert)
+    return {"random": RandomAgent, "forward": ForwardAgent, "goal-follower": GoalFollowerAgent}[name](stop_distance)

@@ -1,0 +1,302 @@
+"""Records of an evaluation on disk: one row per episode, trajectories, and what they belong to.
+
+A folder holds ``evaluation.json`` (what was evaluated: agent, episodes, seed, body, version), ``records.jsonl`` (one
+row per episode, in the order of the episode list) and ``trajectories.npz`` (in the same order). While an evaluation
+runs, finished episodes are appended to ``records.jsonl`` in blocks, each after its trajectories are safe in
+``trajectories.partial/``; a killed evaluation goes on after its last whole block and ends with the same bytes.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import math
+import os
+import shutil
+import time
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prnav.errors import RecordError
+from prnav.evaluate.evaluator import Played, Trajectory
+from prnav.files import atomic_path, write_text
+
+EVALUATION, RECORDS, TRAJECTORIES, PARTIAL = (
+    "evaluation.json",
+    "records.jsonl",
+    "trajectories.npz",
+    "trajectories.partial",
+)
+FORMAT = 1
+"""Version of the folder's layout; a reader refuses a newer one."""
+
+BLOCK_EPISODES, BLOCK_SECONDS = 64, 20.0
+"""A block is written when it holds so many episodes or is so old: what a kill can cost."""
+
+EpisodeId = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """A finished evaluation as read from its folder."""
+
+    directory: Path
+    header: dict[str, Any]
+    """What was evaluated, as given to :class:`RecordWriter`, and ``measures``, ``episodes``."""
+    rows: list[dict[str, Any]]
+    """One row per episode: ``scene_id``, ``episode_id``, measures; null stands for infinity."""
+
+    @property
+    def label(self) -> str:
+        """Agent and how it chose actions, for example "pr-2 (greedy)"."""
+        actions = self.header.get("actions", "rule")
+        name = str(self.header.get("agent", self.directory.name))
+        return f"{name} ({actions})" if actions in ("greedy", "sampled") and name != "random" else name
+
+
+class RecordWriter:
+    """Appends episodes to an evaluation's folder; picks up what an interrupted evaluation left there.
+
+    Use it as a context manager: the folder is locked for its lifetime.
+
+    Args:
+        directory: made where it does not exist.
+        header: what is evaluated, JSON-able; an interrupted evaluation is continued only under an equal header.
+        restart: forget what an interrupted evaluation left.
+
+    Raises:
+        RecordError: another process writes here, the folder holds another unfinished evaluation, or a broken row.
+    """
+
+    def __init__(self, directory: str | Path, header: Mapping[str, Any], restart: bool = False) -> None:
+        self.directory = Path(directory)
+        self._header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
+        self.directory.mkdir(parents=True, exist_ok=True)
+        self._lock = open(self.directory / ".lock", "a")  # noqa: SIM115 (closed in __exit__)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._lock.close()
+            raise RecordError(
+                f"{self.directory}: another evaluation writes here; wait for it or choose another --out"
+            ) from error
+        try:
+            self.rows: dict[EpisodeId, dict[str, Any]] = {} if restart else self._recover()
+        except RecordError:
+            self._lock.close()
+            raise
+        if not self.rows:
+            self._clear()
+        write_text(self.directory / EVALUATION, _dump({**self._header, "finished": False}, indent=1))
+        self._block: list[Played] = []
+        self._block_started = time.monotonic()
+        self._parts = len(list((self.directory / PARTIAL).glob("*.npz")))
+
+    def __enter__(self) -> RecordWriter:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        try:
+            self._flush()
+        finally:
+            self._lock.close()
+
+    def add(self, played: Played) -> None:
+        """Keep an episode; it is safe on disk once its block is full or old enough."""
+        if not self._block:
+            self._block_started = time.monotonic()
+        self._block.append(played)
+        if len(self._block) >= BLOCK_EPISODES or time.monotonic() - self._block_started > BLOCK_SECONDS:
+            self._flush()
+
+    def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, Any]) -> Evaluation:
+        """Put rows and trajectories in the order of the episode list and mark the evaluation finished.
+
+        Args:
+            order: (scene_id, episode_id) of every episode.
+            extra: added to ``evaluation.json``: measures and the like.
+        """
+        self._flush()
+        rows = [self.rows[episode] for episode in order]
+        stored: dict[EpisodeId, Trajectory] = {}
+        for part in sorted((self.directory / PARTIAL).glob("*.npz")):
+            stored.update(_read_trajectories(part))
+        with atomic_path(self.directory / TRAJECTORIES) as temporary:
+            _write_trajectories(temporary, {episode: stored[episode] for episode in order})
+        write_text(self.directory / RECORDS, "".join(_dump(row) + "\n" for row in rows))
+        header = {**self._header, **extra, "episodes": len(rows), "finished": True}
+        write_text(self.directory / EVALUATION, _dump(header, indent=1))
+        shutil.rmtree(self.directory / PARTIAL, ignore_errors=True)
+        return Evaluation(self.directory, json.loads(_dump(header)), rows)
+
+    def _flush(self) -> None:
+        if not self._block:
+            return
+        part = self.directory / PARTIAL / f"{self._parts:06d}.npz"
+        with atomic_path(part) as temporary:
+            _write_trajectories(temporary, {_episode(played.row): played.trajectory for played in self._block})
+        rows = [json.loads(_dump(played.row)) for played in self._block]
+        with open(self.directory / RECORDS, "a", encoding="utf-8") as file:
+            file.write("".join(_dump(row) + "\n" for row in rows))
+            file.flush()
+            os.fsync(file.fileno())
+        self.rows.update({_episode(row): row for row in rows})
+        self._parts += 1
+        self._block = []
+
+    def _recover(self) -> dict[EpisodeId, dict[str, Any]]:
+        """Rows that an interrupted evaluation left; a last row that was cut short is cut off the file."""
+        if not (self.directory / EVALUATION).exists():
+            return {}
+        header = _read_header(self.directory)
+        if header.pop("finished", False):
+            return {}
+        if header != self._header:
+            changed = sorted(k for k in {*header, *self._header} if header.get(k) != self._header.get(k))
+            raise RecordError(
+                f"{self.directory}: holds an unfinished evaluation with another {', '.join(changed)}; "
+                "run that one to its end, give --restart to drop it, or choose another --out"
+            )
+        path = self.directory / RECORDS
+        if not path.exists():
+            return {}
+        data = path.read_bytes()
+        whole = data[: data.rfind(b"\n") + 1]
+        rows = _parse_rows(path, whole)
+        if len(whole) < len(data):
+            with open(path, "r+b") as file:
+                file.truncate(len(whole))
+        return {_episode(row): row for row in rows}
+
+    def _clear(self) -> None:
+        for name in (RECORDS, TRAJECTORIES):
+            (self.directory / name).unlink(missing_ok=True)
+        shutil.rmtree(self.directory / PARTIAL, ignore_errors=True)
+
+
+def load_evaluation(directory: str | Path) -> Evaluation:
+    """Read a finished evaluation.
+
+    Raises:
+        RecordError: there is none, it is unfinished, broken, or of a newer format.
+    """
+    directory = Path(directory)
+    header = _read_header(directory)
+    if not header.get("finished"):
+        raise RecordError(f"{directory}: the evaluation is unfinished; run the same prnav-eval command to go on")
+    path = directory / RECORDS
+    try:
+        rows = _parse_rows(path, path.read_bytes())
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error
+    if len(rows) != header.get("episodes"):
+        raise RecordError(
+            f"{path}: {len(rows)} rows where {EVALUATION} says {header.get('episodes')}; evaluate again with --restart"
+        )
+    return Evaluation(directory, header, rows)
+
+
+def load_trajectories(evaluation: Evaluation) -> list[Trajectory]:
+    """Trajectories of an evaluation, one per row.
+
+    Raises:
+        RecordError: the file is missing, broken, or of other episodes.
+    """
+    path = evaluation.directory / TRAJECTORIES
+    stored = _read_trajectories(path)
+    try:
+        return [stored[_episode(row)] for row in evaluation.rows]
+    except KeyError as error:
+        raise RecordError(f"{path}: lacks episode {error}; evaluate again with --restart") from error
+
+
+def find_evaluations(run: str | Path) -> list[Path]:
+    """Folders of evaluations in a run directory (or the folder itself, where it is one), by name."""
+    run = Path(run)
+    if (run / EVALUATION).exists():
+        return [run]
+    return sorted(path.parent for path in (run / "eval").glob(f"*/{EVALUATION}"))
+
+
+def _episode(row: Mapping[str, Any]) -> EpisodeId:
+    return str(row["scene_id"]), str(row["episode_id"])
+
+
+def _dump(value: Any, indent: int | None = None) -> str:
+    return json.dumps(_plain(value), allow_nan=False, indent=indent)
+
+
+def _plain(value: Any) -> Any:
+    """The value in JSON's own types; infinity becomes null, NaN stays and is refused."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and math.isinf(value) else value
+
+
+def _read_header(directory: Path) -> dict[str, Any]:
+    path = directory / EVALUATION
+    try:
+        header = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error}); make it with prnav-eval") from error
+    except ValueError as error:
+        raise RecordError(f"{path}: not valid JSON ({error}); evaluate again with prnav-eval --restart") from error
+    if not isinstance(header, dict) or not isinstance(header.get("format"), int):
+        raise RecordError(f"{path}: not an evaluation of prnav; make one with prnav-eval")
+    if header["format"] > FORMAT:
+        raise RecordError(f"{path}: format {header['format']} is newer than {FORMAT}, the newest known; update prnav")
+    return header
+
+
+def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
+    rows = []
+    for number, line in enumerate(data.splitlines(), start=1):
+        try:
+            row = json.loads(line)
+            _episode(row)
+        except (ValueError, KeyError, TypeError) as error:
+            raise RecordError(f"{path}: line {number} is not a record; evaluate again with --restart") from error
+        rows.append(row)
+    return rows
+
+
+def _write_trajectories(path: Path, trajectories: Mapping[EpisodeId, Trajectory]) -> None:
+    items = list(trajectories.values())
+    arrays = {
+        "scene_id": np.array([scene for scene, _ in trajectories], dtype=np.str_),
+        "episode_id": np.array([episode for _, episode in trajectories], dtype=np.str_),
+        "steps": np.array([len(item.actions) for item in items], dtype=np.int64),
+        "positions": np.concatenate([np.zeros((0, 3)), *(item.positions for item in items)]),
+        "yaws": np.concatenate([np.zeros(0), *(item.yaws for item in items)]),
+        "actions": np.concatenate([np.zeros(0, np.int8), *(item.actions for item in items)]),
+        "collisions": np.concatenate([np.zeros(0, np.bool_), *(item.collisions for item in items)]),
+    }
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def _read_trajectories(path: Path) -> dict[EpisodeId, Trajectory]:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        ends = np.cumsum(arrays["steps"])
+        begins = ends - arrays["steps"]
+        result = {}
+        for i, (scene, episode) in enumerate(zip(arrays["scene_id"], arrays["episode_id"], strict=True)):
+            a, b = int(begins[i]), int(ends[i])
+            states = slice(a + i, b + i + 1)  # an episode of T steps has T + 1 states
+            result[str(scene), str(episode)] = Trajectory(
+                arrays["positions"][states], arrays["yaws"][states], arrays["actions"][a:b], arrays["collisions"][a:b]
+            )
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise RecordError(f"{path}: cannot be read ({error}); evaluate again with --restart") from error
+    return result

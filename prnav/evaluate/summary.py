@@ -1,0 +1,71 @@
+"""What a set of records says: each measure's mean over episodes with its interval, as the commands print it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.errors import RecordError
+from prnav.evaluate.intervals import RESAMPLES, Interval, bootstrap_intervals
+
+
+@dataclass(frozen=True)
+class Measure:
+    """How a measure is named, printed and read."""
+
+    key: str
+    label: str
+    unit: str
+    decimals: int
+    better: int
+    """+1 where more is better, -1 where less is, 0 where neither."""
+
+
+MEASURES: tuple[Measure, ...] = (
+    Measure("success", "Success", "", 3, +1),
+    Measure("spl", "SPL", "", 3, +1),
+    Measure("soft_spl", "SoftSPL", "", 3, +1),
+    Measure("distance_to_goal", "Distance to goal", "m", 2, -1),
+    Measure("collisions", "Collisions", "", 1, -1),
+    Measure("path_length", "Path length", "m", 2, 0),
+    Measure("steps", "Steps", "", 1, 0),
+    Measure("reward", "Reward", "", 2, +1),
+)
+"""Measures that are reported where records have them, in this order."""
+
+BY_KEY: Mapping[str, Measure] = {measure.key: measure for measure in MEASURES}
+
+
+def column(rows: Sequence[Mapping[str, Any]], key: str) -> NDArray[np.float64]:
+    """Values of a measure, one per episode, shape (E,); infinity where a record says null (never reached)."""
+    try:
+        return np.array([np.inf if row[key] is None else float(row[key]) for row in rows], dtype=np.float64)
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(f"records: a row lacks the measure {key!r} or it is no number; evaluate again") from error
+
+
+def summarise(rows: Sequence[Mapping[str, Any]], resamples: int = RESAMPLES, seed: int = 0) -> dict[str, Interval]:
+    """Mean and 95 % interval of every measure the rows have, in the order of :data:`MEASURES`.
+
+    A measure that is infinite in some episode (the distance to a goal that cannot be reached) has an infinite mean.
+    """
+    if not rows:
+        raise RecordError("records: there is no episode to summarise; evaluate at least one")
+    keys = [measure.key for measure in MEASURES if measure.key in rows[0]]
+    values = np.stack([column(rows, key) for key in keys], axis=1)
+    finite = np.isfinite(values)
+    intervals = bootstrap_intervals(np.where(finite, values, 0.0), resamples=resamples, seed=seed)
+    unbounded = Interval(np.inf, np.inf, np.inf)
+    return {
+        key: interval if ok else unbounded for key, interval, ok in zip(keys, intervals, finite.tolist(), strict=True)
+    }
+
+
+def format_interval(key: str, interval: Interval) -> tuple[str, str]:
+    """The mean and its interval as text, for example ("0.924", "0.918 to 0.931")."""
+    decimals = BY_KEY[key].decimals if key in BY_KEY else 3
+    return f"{interval.mean:.{decimals}f}", f"{interval.low:.{decimals}f} to {interval.high:.{decimals}f}"
