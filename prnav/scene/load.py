@@ -166,7 +166,7 @@ def _assemble(path: Path, parts: list[Any], up: str, max_texture_size: int) -> S
 def _appearance(
     geometry: trimesh.Trimesh, faces: NDArray[np.int64], points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8], Any, NDArray[np.int64], NDArray[np.float64]]:
-    """Texture coordinates (V, 2), colours (V, 3), the image or None; faces and points, split where faces have colours."""
+    """Texture coordinates (V, 2), colours (V, 3), image or None, faces and points (split where faces have colours)."""
     visual = geometry.visual
     count = len(points)
     uvs = np.zeros((count, 2))
