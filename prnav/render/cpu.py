@@ -1,0 +1,124 @@
+"""Engine "embree": Embree traces the rays, compiled loops make and shade them.
+
+One Embree scene per mesh, built when a ray first needs it. Views are sorted by scene and traced in runs of at most
+``RAYS_PER_CALL`` rays, so that a run's arrays stay in the processor's cache; there is no loop over agents.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from prnav.render.engine import Float32
+from prnav.render.kernels import face_surfaces, fill_rays, shade
+from prnav.render.rays import Views
+
+if TYPE_CHECKING:
+    from prnav.scene.mesh import SceneMesh
+
+RAYS_PER_CALL = 8192
+
+
+class EmbreeEngine:
+    """CPU ray casting; see :class:`prnav.render.engine.Engine`."""
+
+    name = "embree"
+
+    def __init__(self, scenes: Sequence[SceneMesh], background: NDArray[np.float64]) -> None:
+        self._scenes = scenes
+        self._background = np.asarray(background * 255.0, dtype=np.float32)
+        self._tracers: dict[int, _Tracer] = {}
+
+    def radiance(self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.radiance`."""
+        size = grid * side
+        readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
+        for scene, rows in runs_by_scene(scene_of_view):
+            tracer = self._tracer(scene)
+            chosen = views.take(rows)
+            width = 2.0 / size * np.linalg.norm(chosen.right, axis=-1)
+            sums = np.zeros((len(chosen), grid, grid, 3), dtype=np.float32)
+            for start, directions, hits in tracer.trace(chosen, size):
+                shade(
+                    start,
+                    size,
+                    side,
+                    (width * width).astype(np.float32),
+                    directions,
+                    hits["primID"],
+                    hits["u"],
+                    hits["v"],
+                    hits["tfar"],
+                    hits["Ng"],
+                    tracer.surface,
+                    tracer.tag,
+                    tracer.mesh.faces,
+                    tracer.mesh.colors,
+                    tracer.mesh.atlas.texels,
+                    tracer.mesh.atlas.table,
+                    self._background,
+                    sums,
+                )
+            readings[rows] = sums / np.float32(255 * side * side)
+        return readings
+
+    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.depth`."""
+        depths = np.empty((len(views), size, size), dtype=np.float32)
+        for scene, rows in runs_by_scene(scene_of_view):
+            chosen = views.take(rows)
+            flat = np.empty(len(chosen) * size * size, dtype=np.float32)
+            for start, _, hits in self._tracer(scene).trace(chosen, size):
+                flat[start : start + len(hits["tfar"])] = np.where(hits["primID"] < 0, np.inf, hits["tfar"])
+            depths[rows] = flat.reshape(-1, size, size)
+        return depths
+
+    def trace(self, scene: int, views: Views, size: int) -> tuple[NDArray[np.int32], Float32]:
+        """Hit triangle (-1 on a miss) and z-depth (inf on a miss) of every pixel, both (M, size, size)."""
+        triangles = np.empty(len(views) * size * size, dtype=np.int32)
+        for start, _, hits in self._tracer(scene).trace(views, size):
+            triangles[start : start + len(hits["primID"])] = hits["primID"]
+        return triangles.reshape(-1, size, size), self.depth(np.full(len(views), scene), views, size)
+
+    def _tracer(self, scene: int) -> _Tracer:
+        if scene not in self._tracers:
+            self._tracers[scene] = _Tracer(self._scenes[scene])
+        return self._tracers[scene]
+
+
+class _Tracer:
+    """One mesh in Embree, and its faces' records for shading."""
+
+    def __init__(self, mesh: SceneMesh) -> None:
+        self.mesh = mesh
+        self.surface = np.empty((len(mesh.faces), 7), dtype=np.float32)
+        self.tag = np.empty((len(mesh.faces), 2), dtype=np.int32)
+        face_surfaces(mesh.faces, mesh.uvs, mesh.face_texture, mesh.colors, mesh.atlas.table, self.surface, self.tag)
+        self._embree = EmbreeScene()
+        self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
+
+    def trace(self, views: Views, size: int) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
+        """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
+        total = len(views) * size * size
+        for start in range(0, total, RAYS_PER_CALL):
+            count = min(RAYS_PER_CALL, total - start)
+            origins = np.empty((count, 3), dtype=np.float32)
+            directions = np.empty((count, 3), dtype=np.float32)
+            fill_rays(views.origin, views.right, views.up, views.forward, size, start, origins, directions)
+            yield start, directions, self._embree.run(origins, directions, output=True)
+
+
+def runs_by_scene(scene_of_view: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Each scene that occurs, with its rows in ascending order."""
+    if not len(scene_of_view):
+        return
+    order = np.argsort(scene_of_view, kind="stable")
+    sorted_scenes = scene_of_view[order]
+    starts = np.flatnonzero(np.r_[True, sorted_scenes[1:] != sorted_scenes[:-1]])
+    for start, rows in zip(starts, np.split(order, starts[1:]), strict=True):
+        yield int(sorted_scenes[start]), rows

@@ -1,0 +1,26 @@
+"""What every rendering engine offers, whatever it is made of."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.render.rays import Views
+
+Float32 = NDArray[np.float32]
+
+
+class Engine(Protocol):
+    """Light and depth of views in scenes; ``scene_of_view`` (M,) are indices into the engine's scenes."""
+
+    name: str
+
+    def radiance(self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int) -> Float32:
+        """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1."""
+        ...
+
+    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+        """z-depth [m] at the pixel centres, shape (M, size, size); inf on a miss."""
+        ...

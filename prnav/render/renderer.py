@@ -1,0 +1,140 @@
+"""The renderer: readings, pictures and depths of any sensors of many agents, in any mix of scenes."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from prnav.errors import RenderError
+from prnav.render.engine import Engine, Float32
+from prnav.render.rays import Views, rays_per_side, sensor_views
+
+if TYPE_CHECKING:
+    from prnav.scene.mesh import SceneMesh
+
+ENGINES = {
+    "embree": ("prnav.render.cpu", "EmbreeEngine"),
+    "reference": ("prnav.render.reference", "ReferenceEngine"),
+    "egl": ("prnav.render.gl", "EglEngine"),
+    "osmesa": ("prnav.render.gl", "OsmesaEngine"),
+}
+"""Engines by name: module and class, imported when one is first asked for."""
+
+
+class Renderer:
+    """Unlit light and depth as sensors on agents' bodies see them.
+
+    A reading is the mean colour over a receptor's patch of the sensor's pinhole image; a picture is the same with one
+    pixel per receptor. Colours are the stored 8-bit values over 255, without gamma decoding or light. What a ray sees
+    where it meets nothing is ``background``. Results are the same whatever else is in the batch.
+
+    Sensors are given in their body's frame (origin at the feet, x right, y up, -z ahead) as x, y, z [m], yaw, pitch,
+    roll and fov [rad]; see :func:`prnav.render.rays.sensor_views`.
+    """
+
+    def __init__(
+        self,
+        scenes: Sequence[SceneMesh],
+        device: str = "cpu",
+        engine: str = "auto",
+        rays_per_receptor: int = 16,
+        background: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Renderer of ``scenes``; ``engine`` is "auto" or a key of :data:`ENGINES`.
+
+        Raises:
+            RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
+                no square, or a background outside 0..1.
+        """
+        if device != "cpu":
+            if device.split(":")[0] == "cuda":
+                raise RenderError(
+                    f'device {device!r} has no engine yet: the GPU engine comes with Warp in a later release; use "cpu"'
+                )
+            raise RenderError(f'device {device!r} is not known; valid: "cpu"')
+        if engine != "auto" and engine not in ENGINES:
+            raise RenderError(f"engine {engine!r} is not known; valid: auto, {', '.join(ENGINES)}")
+        if not len(scenes):
+            raise RenderError("there are no scenes to render; give at least one")
+        colour = np.asarray(background, dtype=np.float64)
+        if colour.shape != (3,) or not ((colour >= 0.0) & (colour <= 1.0)).all():
+            raise RenderError(f"background is {background!r}; it must be red, green, blue from 0 to 1")
+        self.rays_per_receptor = rays_per_receptor
+        self._side = rays_per_side(rays_per_receptor)
+        self._scene_count = len(scenes)
+        module, name = ENGINES["embree" if engine == "auto" else engine]
+        self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, colour)
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine in use."""
+        return self._engine.name
+
+    def read(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, grid: int = 4
+    ) -> Float32:
+        """Photoreceptor readings, shape (N, K, grid, grid, 3), 0 to 1; row 0 is the top, column 0 the left.
+
+        Args:
+            scene_ids: index into the renderer's scenes, shape (N,).
+            positions: agents' feet [m], shape (N, 3).
+            yaws: agents' headings [rad], shape (N,).
+            designs: sensor poses in the body frame, shape (N, K, 7).
+            grid: receptors per row of a sensor.
+
+        Raises:
+            RenderError: a wrong shape, a value that is not finite or out of range.
+        """
+        return self._radiance(scene_ids, positions, yaws, designs, _count("grid", grid), self._side)
+
+    def image(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, size: int = 128
+    ) -> Float32:
+        """Pictures of shape (N, K, size, size, 3), 0 to 1, one ray per pixel; arguments as in :meth:`read`."""
+        return self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1)
+
+    def depth(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, size: int = 128
+    ) -> Float32:
+        """z-depth [m] (distance along the optical axis) at the pixel centres, (N, K, size, size); inf on a miss."""
+        scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
+        depths = self._engine.depth(scene_of_view, views, _count("size", size))
+        return depths.reshape(*shape, size, size)
+
+    def _radiance(
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        grid: int,
+        side: int,
+    ) -> Float32:
+        scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
+        return self._engine.radiance(scene_of_view, views, grid, side).reshape(*shape, grid, grid, 3)
+
+    def _views(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike
+    ) -> tuple[NDArray[np.int64], Views, tuple[int, int]]:
+        views = sensor_views(positions, yaws, designs)
+        agents, sensors = np.shape(designs)[:2]
+        scenes = np.asarray(scene_ids)
+        if scenes.shape != (agents,) or (agents and not np.issubdtype(scenes.dtype, np.integer)):
+            raise RenderError(
+                f"scene_ids have shape {scenes.shape} and type {scenes.dtype}; with {agents} designs they must be "
+                f"{agents} whole numbers"
+            )
+        if agents and not (scenes.min() >= 0 and scenes.max() < self._scene_count):
+            bad = int(scenes[(scenes < 0) | (scenes >= self._scene_count)][0])
+            raise RenderError(f"scene id {bad} does not exist; valid: 0 to {self._scene_count - 1}")
+        return np.repeat(scenes.astype(np.int64), sensors), views, (agents, sensors)
+
+
+def _count(name: str, value: int) -> int:
+    if not isinstance(value, int | np.integer) or value < 1:
+        raise RenderError(f"{name} is {value!r}; it must be a whole number of at least 1")
+    return int(value)
