@@ -164,7 +164,7 @@ def _check_accessor(path: Path, index: int, accessor: dict[str, Any], views: lis
     there = views[int(accessor["bufferView"])][2] if "bufferView" in accessor else 1 << 20
     if count < 0 or start < 0 or start + count * size > there:
         raise SceneError(
-            f"scene {path}: accessor {index} claims {count} items of {size} bytes, its data has {max(there - start, 0)}; "
+            f"scene {path}: accessor {index} claims {count} items of {size} bytes, {max(there - start, 0)} are there; "
             "re-export the mesh"
         )
 

@@ -1,0 +1,19 @@
+"""Names under which ``gymnasium.make`` finds the environments.
+
+Gymnasium calls :func:`register` when it is imported (entry point ``gymnasium.envs``), so nothing heavy is imported here.
+"""
+
+from __future__ import annotations
+
+
+def register() -> None:
+    """Register the environments with Gymnasium."""
+    import gymnasium
+
+    gymnasium.register(
+        id="prnav/PointGoalNav-v0",
+        entry_point="prnav.env:PointGoalNavEnv",
+        vector_entry_point="prnav.env:PointGoalNavVectorEnv",
+        order_enforce=False,
+        disable_env_checker=True,
+    )

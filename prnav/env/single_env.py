@@ -1,0 +1,73 @@
+"""PointGoalNav as a plain Gymnasium environment: exactly a batch of one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.env.config import EnvConfig
+from prnav.env.episode_table import EpisodeTable, load_table
+from prnav.env.order import EpisodeOrder
+from prnav.env.pointgoal_slots import PointGoalSlots
+from prnav.env.spaces import NUM_ACTIONS, observation_space
+from prnav.env.vector_env import configure
+
+Observation = dict[str, NDArray[np.float32]]
+
+
+class PointGoalNavEnv(gymnasium.Env):
+    """One PointGoalNav agent (paper, appendix "PointGoal Navigation Setting").
+
+    Actions are 0 stop, 1 forward 0.25 m, 2 and 3 turn left and right by 30 degrees. An episode is terminated by stop and
+    truncated after 500 steps; ``info`` then holds its measures.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(self, config: EnvConfig | None = None, table: EpisodeTable | None = None, **settings: Any):
+        """Environment as ``config`` or single settings of :class:`EnvConfig` say, over ``table`` if given.
+
+        Raises:
+            PrnavError: a setting, a scene or an episode is wrong.
+        """
+        self.config = configure(config, settings)
+        self.slots = PointGoalSlots(load_table(self.config) if table is None else table, 1, self.config)
+        self.observation_space = observation_space(self.config, self.slots.num_sensors)
+        self.action_space = gymnasium.spaces.Discrete(NUM_ACTIONS)
+        self._order: EpisodeOrder | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
+        """Begin the next episode; a seed starts the order of episodes anew."""
+        super().reset(seed=seed)
+        if seed is not None or self._order is None:
+            first = int(self.np_random.integers(1 << 31)) if seed is None else seed
+            self._order = EpisodeOrder(len(self.slots.table), np.array([first]))
+        chosen = (options or {}).get("episode")
+        episode = self._order.draw(np.array([0])) if chosen is None else np.array([chosen])
+        self.slots.begin([0], episode)
+        return self._observation(), self._facts()
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Take one action: observation, reward, terminated, truncated, info."""
+        if not self.action_space.contains(action):
+            raise ValueError(f"action is {action!r}; it must be an integer from 0 to {NUM_ACTIONS - 1}")
+        ended = self.slots.advance([int(action)])[0]
+        info = self._facts()
+        if ended:
+            info.update(self.slots.outcome(0))
+        slots = self.slots
+        return self._observation(), float(slots.rewards[0]), bool(slots.terminated[0]), bool(slots.truncated[0]), info
+
+    def expert_action(self) -> int:
+        """What the shortest-path follower would do now."""
+        return int(self.slots.expert_actions()[0])
+
+    def _observation(self) -> Observation:
+        return {name: value[0] for name, value in self.slots.observe().items()}
+
+    def _facts(self) -> dict[str, Any]:
+        scene_id, episode_id = self.slots.table.ids[self.slots.episode[0]]
+        return {"scene_id": scene_id, "episode_id": episode_id, "distance_to_goal": float(self.slots.distance[0])}
