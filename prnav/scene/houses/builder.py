@@ -169,7 +169,7 @@ class Builder:
             )
             start += points * count
         arrays = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        return Geometry(*arrays, textures=tuple(self.textures))
+        return Geometry(*arrays, textures=tuple(self.textures))  # type: ignore[arg-type]
 
 
 class Pen:

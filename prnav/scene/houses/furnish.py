@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from prnav.scene.houses import pieces, pieces_wet
-from prnav.scene.houses.builder import Builder, Material, Pen
+from prnav.scene.houses.builder import Builder, Pen
 from prnav.scene.houses.light import Lamp
 from prnav.scene.houses.placement import RoomSpace, Spot
 from prnav.scene.houses.plan import Storey
@@ -27,6 +27,7 @@ class Furnisher:
         self.room = space.room
         self.lamps: list[Lamp] = []
         self._ceiling_taken = False
+        self._rugs = 0
 
     def pen(self, frame: Frame) -> Pen:
         """A pen for a piece whose frame stands on the floor."""
@@ -34,6 +35,7 @@ class Furnisher:
 
     def furnish(self) -> None:
         """Furnish the room."""
+        self._door_leaves()
         {
             "living": self._living, "kitchen": self._kitchen, "dining": self._dining, "bedroom": self._bedroom,
             "bath": self._bath, "study": self._study, "hall": self._hall, "storage": self._storage,
@@ -43,6 +45,30 @@ class Furnisher:
             x, z, h = (inner.x0 + inner.x1) // 2, (inner.z0 + inner.z1) // 2, self.storey.height
             pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
             self._lamp(x, h - 150, z)
+
+    def _door_leaves(self) -> None:
+        """Doors that open into this room stand open: along the wall, or across where a corner is near."""
+        for opening, side, low, high in self.space.doors_inwards():
+            width, length = high - low, self.room.inner.length(side)
+            at_low = low < length - high
+            corner = low if at_low else length - high
+            flat = corner > width + 60
+            hinge = low - 5 if at_low else high + 5
+            if flat:
+                x0, x1, z0, z1 = (hinge - width, hinge, 20, 60) if at_low else (hinge, hinge + width, 20, 60)
+            else:
+                x0, x1, z0, z1 = (hinge - 40, hinge, 20, 20 + width) if at_low else (hinge, hinge + 40, 20, 20 + width)
+            frame = self.room.inner.frame(side)
+            body = frame.rect(x0, z0, x1, z1)
+            floor = self.space.floor
+            if corner < 60 or floor.mask(body) & floor.taken or not floor.is_walkable(floor.taken | floor.mask(body)):
+                continue
+            if flat and not self.space.wall_is_free(side, min(x0, hinge - 90), x1 - 90 if at_low else x1, 0, 2000):
+                continue
+            floor.take(body)
+            if flat:
+                self.space.hang(side, x0, x1, 0, opening.top)
+            pieces.door_leaf(self.pen(frame), (x0, z0, x1, z1), opening.top - 15, at_low, self.home)
 
     def _lamp(self, x: int, y: int, z: int, strength: float = _LAMP) -> None:
         self.lamps.append(Lamp((x, y + self.storey.level, z), None, strength))
@@ -83,7 +109,10 @@ class Furnisher:
             min(rect.z1, inner.z1),
         )
         if high_x - low_x > 500 and high_z - low_z > 500:
-            pieces.rug(self.pen(Frame(low_x, 0, low_z, 0)), self.rng, high_x - low_x, high_z - low_z)
+            pieces.rug(
+                self.pen(Frame(low_x, 0, low_z, 0)), self.rng, high_x - low_x, high_z - low_z, 10 + 4 * self._rugs
+            )
+            self._rugs += 1  # where two overlap, one lies on the other
 
     def _bedroom(self) -> None:
         rng, big = self.rng, self.room.inner.area > 10_500_000
@@ -204,7 +233,7 @@ class Furnisher:
             places += [(x, -1, 0), (x, 1, 2)]
         if square:
             places += [(-1, d // 2, 3), (1, d // 2, 1)]
-        for x, z, turns in places:
+        for x, _, turns in places:
             out = rng.between(190, 320, 10)
             if turns == 0:
                 seat = table.at(x - 220, 0, -out)
@@ -242,7 +271,7 @@ class Furnisher:
         self._put(pieces_wet.fridge, 650, 680, 1900, front=700, corner=70, window=-100)
         if placed is not None and rng.chance(65):
             for w in (1800, 1200):
-                if self._counter(w, appliance=False) is not None:
+                if self._counter(w, plain=True) is not None:
                     break
         self._table(2 if inner.area < 12_000_000 else 4)
         if rng.chance(25):
@@ -250,7 +279,7 @@ class Furnisher:
         self._plants(30)
         self._pictures(rng.between(0, 2))
 
-    def _counter(self, w: int, appliance: bool = True) -> Spot | None:
+    def _counter(self, w: int, plain: bool = False) -> Spot | None:
         spot = self.space.wall_spot(w, 620, 900, front=700, corner=60, window=20)
         if spot is None:
             return None
@@ -263,7 +292,7 @@ class Furnisher:
                 if x - start >= 400:
                     uppers.append((start, x))
                 start = None
-        pieces_wet.counter(self.pen(spot.frame), self.rng, w if appliance else w, 620, self.home, self.style, uppers)
+        pieces_wet.counter(self.pen(spot.frame), self.rng, w, 620, self.home, self.style, uppers, plain)
         for low, high in uppers:
             self.space.hang(spot.side, spot.start + low, spot.start + high, 1400, 2200)
         return spot
@@ -349,6 +378,3 @@ def furnish_room(
     furnisher = Furnisher(builder, storey, space, home, style, rng)
     furnisher.furnish()
     return furnisher.lamps
-
-
-EMPTY_LAMP = Material("", (255, 246, 224), 1000, glow=True)

@@ -1,8 +1,8 @@
 """Baked light: a brightness per vertex from the surface's direction, corners, windows, lamps and furniture.
 
-There are no shadows cast by rays; the aim is what a coarse sensor sees: gradients towards corners, brighter surfaces near
-windows, darker floor under and beside furniture. Only +, -, *, / and square roots of float64 are used, element by
-element, which IEEE 754 rounds the same everywhere.
+There are no shadows cast by rays; the aim is what a coarse sensor sees: gradients towards corners, brighter surfaces
+near windows, darker floor under and beside furniture. Only +, -, *, / and square roots of float64 are used, element
+by element, which IEEE 754 rounds the same everywhere.
 """
 
 from __future__ import annotations

@@ -26,29 +26,52 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
     )
 
 
+def door_leaf(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, home: HomeStyle) -> None:
+    """An open door; ``plan`` is its x0, z0, x1, z1 in the wall's frame, hinged at its end next to the opening."""
+    x0, z0, x1, z1 = plan
+    leaf = home.door
+    if x1 - x0 > z1 - z0:  # flat against the wall
+        pen.box(x0, 10, z0, x1, h, z1, leaf)
+        far = x0 + 60 if at_low else x1 - 80
+        pen.box(far, 1000, z1, far + 20, 1020, z1 + 45, METAL, skip="B")
+        pen.box(far, 1000, z1 + 25, far + (110 if at_low else 20), 1020, z1 + 45, METAL)
+        return
+    pen.box(x0, 10, z0, x1, h, z1, leaf)
+    pen.box(x0 - 45, 1000, z1 - 80, x1 + 45, 1020, z1 - 60, METAL)
+    for x in (x0 - 45, x1 + 25):
+        pen.box(x, 1000, z1 - 170, x + 20, 1020, z1 - 80, METAL)
+
+
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
-    """A bed with its head at the wall."""
-    head = rng.between(850, 1150, 50)
+    """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
+
+    Cushions and quilt stand 0.2 m above the cover, so that no large level surface is left on a wide bed.
+    """
+    head, top = rng.between(950, 1250, 50), 590
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
-    pen.box(0, 60, 60, w, 280, d, home.wood)
+    pen.box(0, 80, 60, w, 340, d, home.wood)
     for x in (30, w - 110):
-        pen.box(x, 0, d - 110, x + 80, 60, d - 30, home.wood, skip="TU")
-        pen.box(x, 0, 80, x + 80, 60, 160, home.wood, skip="TU")
-    pen.box(20, 280, 65, w - 20, 460, d - 20, WHITE, skip="U")
+        for z in (80, d - 110):
+            pen.box(x, 0, z, x + 80, 80, z + 80, home.wood, skip="T")
+    pen.box(20, 340, 65, w - 20, 550, d - 20, WHITE, skip="U")
     cover = Material(f"blanket:{rng.below(3)}", room.accent.tinted(118).color, 700)
-    start = d * rng.between(36, 46) // 100
-    pen.box(0, 250, start, w, 505, d + 0, cover, skip="U")
-    pen.box(0, 505, start, w, 540, start + 250, WHITE.tinted(96), skip="U")
+    start = d * rng.between(30, 38) // 100
+    pen.box(0, 300, start, w, top, d, cover, skip="U")
+    pen.box(0, top, start, w, top + 25, start + 230, WHITE.tinted(96), skip="U")
     count = 1 if w < 1300 else 2
     width = (w - 80) // count
     for k in range(count):
         x = 40 + k * width
-        pen.box(x + 20, 460, 90, x + width - 20, 590, 470, WHITE)
-        pen.box(x + 60, 590, 120, x + width - 60, 620, 430, WHITE, skip="U")
-    if rng.chance(60):
+        pen.box(x + 20, 550, 90, x + width - 20, 670, 450, WHITE)
+        pen.box(x + 60, 670, 120, x + width - 60, 700, 410, WHITE, skip="U")
+    wide = w > 1450
+    if wide or rng.chance(60):
         for k in range(count):
-            x = 40 + k * width + width // 5
-            cushion(pen, x, 500, 430, width * 3 // 5, 330, 110, home.fabric)
+            cushion(pen, 40 + k * width + width // 6, 600, 430, width * 2 // 3, 330, 110, home.fabric)
+    if wide or rng.chance(50):
+        z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
+        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="U")
+        pen.box(50, top + 115, z + 10, w - 50, top + 225, z + 370, tone.tinted(94), skip="U")
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -328,6 +351,6 @@ def plant(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) 
     pen.cylinder(x, z, ph + h * 3 // 4, ph + h, 140, leaf, top_radius=30)
 
 
-def rug(pen: Pen, rng: Rng, w: int, d: int) -> None:
-    """A rug, 12 mm thick."""
-    pen.box(0, 0, 0, w, 12, d, Material("", (170, 160, 150)), top=Material(f"rug:{rng.below(8)}", (255, 255, 255), 0))
+def rug(pen: Pen, rng: Rng, w: int, d: int, h: int) -> None:
+    """A rug, ``h`` thick."""
+    pen.box(0, 0, 0, w, h, d, Material("", (170, 160, 150)), top=Material(f"rug:{rng.below(8)}", (255, 255, 255), 0))

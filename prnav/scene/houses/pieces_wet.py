@@ -12,9 +12,16 @@ _WATER = Material("", (196, 222, 230))
 
 
 def counter(
-    pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle, uppers: list[tuple[int, int]]
+    pen: Pen,
+    rng: Rng,
+    w: int,
+    d: int,
+    home: HomeStyle,
+    room: RoomStyle,
+    uppers: list[tuple[int, int]],
+    plain: bool,
 ) -> None:
-    """A kitchen counter with sink and stove; ``uppers`` are intervals along it that have cabinets above."""
+    """A kitchen counter, ``plain`` or with sink and stove; ``uppers`` are intervals with cabinets above."""
     h = COUNTER_HEIGHT
     pen.box(0, 0, 0, w, 100, d - 80, BLACK, skip="TB")
     pen.box(0, 100, 0, w, h - 40, d - 40, home.front, skip="T")
@@ -27,7 +34,7 @@ def counter(
         for y0, y1 in zip(rows, rows[1:], strict=False):
             pen.box(x0, y0, d - 40, x1, y1 - 10, d - 20, home.front, skip="B")
             pen.box((x0 + x1) // 2 - 70, y1 - 60, d - 20, (x0 + x1) // 2 + 70, y1 - 45, d + 5, METAL, skip="B")
-    if w >= 1500:
+    if w >= 1700 and not plain:
         x = 300 + rng.between(0, max(0, w // 2 - 900), 50)
         pen.slab(x, 110, x + 500, d - 110, h + 2, METAL.tinted(80))
         pen.slab(x + 40, 150, x + 460, d - 150, h + 4, BLACK.tinted(200))
@@ -42,11 +49,20 @@ def counter(
         pen.box(x + 60, h - 230, d - 12, x + 520, h - 205, d + 18, METAL, skip="B")
         if rng.chance(60):
             pen.cylinder(x + 150, 180, h + 8, h + 130, 95, METAL if rng.chance(50) else Material("", (170, 60, 50)))
+    if plain or w >= 2400:
+        _microwave(pen.at(w // 2 - 250 + (0 if plain else rng.between(-100, 100, 10)), h, 100), rng)
     for k in range(rng.between(1, 3)):
         jar = Material("", (rng.between(80, 240), rng.between(80, 240), rng.between(80, 240)))
         pen.cylinder(80 + 120 * k, 120, h, h + rng.between(140, 260), 45, jar)
     for x0, x1 in uppers:
         _upper(pen, x0, x1, home)
+
+
+def _microwave(pen: Pen, rng: Rng) -> None:
+    body = rng.choice((METAL, WHITE, BLACK))
+    pen.box(0, 0, 0, 500, 315, 400, body, skip="U")
+    pen.panel(25, 30, 370, 285, 402, Material("screen", (255, 255, 255), 0))
+    pen.box(395, 40, 400, 415, 275, 425, METAL, skip="B")
 
 
 def _upper(pen: Pen, x0: int, x1: int, home: HomeStyle) -> None:
@@ -99,7 +115,7 @@ def basin(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) 
 
 def mirror(pen: Pen, w: int, h: int) -> None:
     """A mirror on the wall; the frame's origin is its lower left back corner."""
-    pen.box(0, 0, 0, w, h, 20, METAL, skip="B", front=Material("metal", (226, 238, 244), 900))
+    pen.box(0, 0, 0, w, h, 20, METAL, skip="B", front=Material("mirror", (255, 255, 255), 0))
 
 
 def bathtub(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:

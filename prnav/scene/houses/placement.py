@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from prnav.scene.houses.occupancy import Doorway, Occupancy
-from prnav.scene.houses.plan import Room, Storey
+from prnav.scene.houses.plan import Opening, Room, Storey
 from prnav.scene.houses.rng import Rng
 from prnav.scene.houses.shapes import SIDES, Frame, Rect
 
@@ -49,6 +49,21 @@ class RoomSpace:
                 x, _, z = frame.point((low + high) // 2, 0, 325)
                 doorways.append(Doorway((x, z), keep))
         self.floor = Occupancy(inner, doorways)
+
+    def doors_inwards(self) -> list[tuple[Opening, int, int, int]]:
+        """Doors whose leaf opens into this room (from a hall into the room, else into the later one)."""
+        found = []
+        for side in SIDES:
+            for opening, low, high in self.storey.openings_of(self.room, side):
+                if opening.kind != "door":
+                    continue
+                kinds = [self.storey.rooms[index].kind for index in opening.rooms]
+                inwards = max(opening.rooms)
+                if kinds.count("hall") == 1:
+                    inwards = opening.rooms[1 - kinds.index("hall")]
+                if inwards == self.room.index and (opening.line + opening.low) // 50 % 4:  # one in four has no leaf
+                    found.append((opening, side, low, high))
+        return found
 
     def wall_is_free(self, side: int, low: int, high: int, bottom: int, top: int) -> bool:
         """Whether a part of a wall has no opening, furniture or picture before it."""

@@ -16,7 +16,7 @@ from prnav.scene.houses.shapes import SIDES, Rect
 GRID = 50
 DOOR_HEIGHT = 2050
 FRAME_WIDTH = 70
-MIN_SIDE = 1800
+_DRAWS = 60
 
 
 @dataclass(frozen=True)
@@ -97,12 +97,8 @@ def make_plan(rng: Rng, config: HouseConfig) -> tuple[Storey, ...]:
     kinds = _programme(rng, area)
     thickness = rng.choice((100, 100, 120, 150))
     height = rng.choice((2500, 2550, 2600, 2700, 2800))
-    for _ in range(200):
-        cells = _layout(rng, kinds, area)
-        if all(min(cell.width, cell.depth) >= (1150 if kind == "corridor" else MIN_SIDE) for kind, cell in cells):
-            break
-    else:
-        raise AssertionError(f"no layout of {kinds} in {area} m2")
+    cells = min((_layout(rng, kinds, area) for _ in range(_DRAWS)), key=lambda cells: _badness(cells, area))
+    assert all(min(cell.width, cell.depth) >= 1150 for _, cell in cells), f"no layout of {kinds} in {area} m2"
     rooms = tuple(
         Room(index, "hall" if kind == "corridor" else kind, cell, cell.inset(thickness // 2))
         for index, (kind, cell) in enumerate(cells)
@@ -112,6 +108,34 @@ def make_plan(rng: Rng, config: HouseConfig) -> tuple[Storey, ...]:
     entrance = _entrance(rng, rooms, outer)
     windows = _windows(rng, rooms, outer, entrance, height)
     return (Storey(0, height, thickness, rooms, (*doors, *entrance, *windows)),)
+
+
+# shortest side [mm] and longest ratio of sides [percent] that a room of a kind should have
+_SHAPES = {
+    "living": (3300, 170), "kitchen": (2300, 210), "dining": (2700, 180), "bedroom": (2500, 180), "bath": (1700, 230),
+    "study": (2200, 190), "hall": (1500, 320), "storage": (1500, 260), "corridor": (1150, 900),
+}  # fmt: skip
+
+
+def _badness(cells: list[tuple[str, Rect]], area: int) -> int:
+    """How far a layout is from what people build; 0 is best."""
+    result = 0
+    for kind, cell in cells:
+        short, long = min(cell.width, cell.depth), max(cell.width, cell.depth)
+        shortest, ratio = _SHAPES[kind]
+        result += max(0, shortest - short) * (20 if short < 1700 and kind != "corridor" else 1)
+        result += max(0, 100 * long // short - ratio) * 6
+        if kind == "corridor":
+            result += max(0, long - 9000) // 2
+        else:
+            result += (
+                max(0, _AREAS[kind] * 700_000 - cell.area) // 5000
+                + max(0, cell.area - _AREAS[kind] * 1_700_000) // 9000
+            )
+    rooms = tuple(Room(k, "hall" if kind == "corridor" else kind, cell, cell) for k, (kind, cell) in enumerate(cells))
+    result += sum(max(0, cost - 20) * 60 for cost in _tree_costs(rooms))
+    total = sum(cell.area for _, cell in cells)
+    return result + abs(total - area * 1_000_000) // 20_000
 
 
 def _programme(rng: Rng, area: int) -> list[str]:
@@ -134,7 +158,7 @@ def _snap(value: int) -> int:
 def _layout(rng: Rng, kinds: list[str], area: int) -> list[tuple[str, Rect]]:
     """Kinds and cells of the rooms. Not every draw is good: the caller checks the widths."""
     total = area * 1_000_000
-    ratio = rng.between(105, 165)  # length to depth in percent
+    ratio = rng.between(105, 170)  # length to depth in percent
     depth = _snap(_root(total * 100 // ratio))
     length = _snap(total // depth)
     day = rng.shuffled([kind for kind in kinds if kind in _DAY])
@@ -146,11 +170,10 @@ def _layout(rng: Rng, kinds: list[str], area: int) -> list[tuple[str, Rect]]:
     if wing:  # an L: one group of rooms moves into a wing of its own
         moved = [day.pop() for _ in range(len(day) - 2)] + [night.pop() for _ in range(max(0, len(night) - 3))]
         moved = moved or [night.pop()]
-        share = sum(_AREAS[kind] for kind in moved) * 1_000_000 * rng.between(95, 120) // 100
+        share = total * sum(_AREAS[kind] for kind in moved) // sum(_AREAS[kind] for kind in kinds)
         depth = _snap(_root((total - share) * 100 // ratio))
         length = _snap((total - share) // depth)
-        low, high = max(3000, length * 3 // 10), max(3000, length * 6 // 10)
-        wing_length = _snap(rng.between(low, high))
+        wing_length = min(length, _snap(max(2800, _root(share * rng.between(60, 160) // 100))))
         wing_depth = max(2500, _snap(share // wing_length))
         x0 = 0 if rng.chance(50) else length - wing_length
         cells += _treemap(rng, moved, Rect(x0, depth, x0 + wing_length, depth + wing_depth))
@@ -245,7 +268,7 @@ _COSTS = {
 }  # fmt: skip
 
 
-def _shared(a: Rect, b: Rect) -> tuple[str, int, int, int, bool] | None:
+def _shared(a: Rect, b: Rect) -> _Wall | None:
     """Axis, line and interval of the wall between two cells, and whether ``a`` is at its lower side."""
     low, high = max(a.z0, b.z0), min(a.z1, b.z1)
     if high > low and (a.x1 == b.x0 or b.x1 == a.x0):
@@ -256,16 +279,35 @@ def _shared(a: Rect, b: Rect) -> tuple[str, int, int, int, bool] | None:
     return None
 
 
-def _doors(rng: Rng, rooms: tuple[Room, ...]) -> list[Opening]:
-    """A spanning tree of doors (cheapest pairs first) and some more that close loops."""
+_Wall = tuple[str, int, int, int, bool]
+
+
+def _edges(rooms: tuple[Room, ...]) -> list[tuple[int, Room, Room, _Wall]]:
+    """Pairs of rooms with a wall between them that is long enough for a door, and ten times their cost."""
     edges = []
     for a in rooms:
         for b in rooms[a.index + 1 :]:
             wall = _shared(a.cell, b.cell)
             if wall is not None and wall[3] - wall[2] >= 1300:
-                pair = tuple(sorted((a.kind, b.kind)))
-                cost = 10 * _COSTS.get((pair[0], pair[1]), 6) + rng.below(8)
-                edges.append((cost, a, b, wall))
+                pair = (a.kind, b.kind) if a.kind <= b.kind else (b.kind, a.kind)
+                edges.append((10 * _COSTS.get(pair, 6), a, b, wall))
+    return edges
+
+
+def _tree_costs(rooms: tuple[Room, ...]) -> list[int]:
+    """Costs of the doors of the cheapest spanning tree, 1000 where a room cannot be reached."""
+    group = list(range(len(rooms)))
+    costs = []
+    for cost, a, b, _ in sorted(_edges(rooms), key=lambda edge: edge[0]):
+        if group[a.index] != group[b.index]:
+            group = [group[a.index] if g == group[b.index] else g for g in group]
+            costs.append(cost)
+    return costs + [1000] * (len(set(group)) - 1)
+
+
+def _doors(rng: Rng, rooms: tuple[Room, ...]) -> list[Opening]:
+    """A spanning tree of doors (cheapest pairs first) and some more that close loops."""
+    edges = [(cost + rng.below(8), a, b, wall) for cost, a, b, wall in _edges(rooms)]
     edges.sort(key=lambda edge: (edge[0], edge[1].index, edge[2].index))
     group = list(range(len(rooms)))
     doors = []
@@ -281,7 +323,7 @@ def _doors(rng: Rng, rooms: tuple[Room, ...]) -> list[Opening]:
     return doors
 
 
-def _door(rng: Rng, a: Room, b: Room, wall: tuple[str, int, int, int, bool]) -> Opening:
+def _door(rng: Rng, a: Room, b: Room, wall: _Wall) -> Opening:
     axis, line, low, high, a_first = wall
     low, high = low + 200, high - 200  # half a wall, a frame and a hand
     space = high - low
@@ -356,7 +398,7 @@ def _windows(
             lo, hi = low + (high - low) * k // pieces, low + (high - low) * (k + 1) // pieces
             width = min(rng.between(*widths, GRID), (hi - lo) // GRID * GRID)
             start = rng.between(lo, max(lo, hi - width))
-            start = _snap((2 * start + lo + hi - width) // 3)
+            start = _snap((4 * start + lo + hi - width) // 6)  # rather in the middle
             sill = rng.between(*sills, GRID)
             top = min(sill + rng.between(1000, 1500, GRID), height - 250, 2250)
             if room.kind in ("bath", "storage"):
@@ -370,5 +412,6 @@ def _windows(
                 for o in taken
             )
             if width >= widths[0] * 3 // 4 and not clash and rng.chance(chance):
+                assert wall[2] < window.low < window.high < wall[3]
                 windows.append(window)
     return windows

@@ -65,13 +65,23 @@ def _mix(a: tuple[int, int, int], b: tuple[int, int, int], weight: Image) -> Ima
     return (np.array(a) * (256 - weight[..., None]) + np.array(b) * weight[..., None]) // 256
 
 
-def _hue(rng: Rng, low: int = 40, high: int = 220) -> tuple[int, int, int]:
-    return rng.between(low, high), rng.between(low, high), rng.between(low, high)
+_PAINTS = (
+    (176, 62, 54), (204, 118, 70), (222, 176, 84), (132, 146, 84), (74, 118, 96), (70, 132, 146), (64, 92, 140),
+    (116, 96, 146), (176, 112, 134), (224, 212, 190), (244, 240, 228), (150, 136, 120), (98, 84, 74), (62, 66, 76),
+    (38, 40, 48), (168, 190, 200),
+)  # fmt: skip
+
+
+def _hue(rng: Rng) -> tuple[int, int, int]:
+    """One of a painter's colours, slightly varied."""
+    r, g, b = rng.choice(_PAINTS)
+    return r + rng.between(-14, 10), g + rng.between(-14, 10), b + rng.between(-14, 10)
 
 
 def _plaster(rng: Rng, variant: int) -> Image:
-    seed = rng.below(1 << 31)
-    return 228 + _noise(64, 64, 16, 16, seed) * 16 // 255 + _noise(64, 64, 4, 4, seed + 1) * 10 // 255
+    """Painted plaster; from variant 8 on a smoother one."""
+    seed, depth = rng.below(1 << 31), 6 if variant >= 8 else 14
+    return 246 - _noise(64, 64, 16, 16, seed) * depth // 255 - _noise(64, 64, 4, 4, seed + 1) * depth // 400
 
 
 def _stripes(rng: Rng, variant: int) -> Image:
@@ -213,19 +223,19 @@ def _picture(rng: Rng, variant: int) -> Image:
         for _ in range(rng.between(5, 9)):
             x0, y0 = rng.below(50), rng.below(50)
             mark = (x >= x0) & (x < x0 + rng.between(8, 36)) & (y >= y0) & (y < y0 + rng.between(8, 36))
-            image[mark] = _hue(rng, 10, 250)
+            image[mark] = _hue(rng)
     elif style == 1:
         image = _mix((rng.between(90, 170), 150, 220), (250, 215, rng.between(140, 220)), y * 4)
         for k in range(4):
             ridge = 26 + 9 * k + _noise(size, size, rng.choice((8, 16, 32)), size, rng.below(1 << 31)) // 24
-            tone = _hue(rng, 30, 150)
+            tone = _hue(rng)
             image[y > ridge] = (tone[0] // (k + 1) + 20, tone[1], tone[2] // (k + 1) + 20)
     elif style == 2:
         for _ in range(rng.between(4, 8)):
             dx, dy, radius = x - rng.below(size), y - rng.below(size), rng.between(5, 20)
-            image[dx * dx + dy * dy < radius * radius] = _hue(rng, 10, 250)
+            image[dx * dx + dy * dy < radius * radius] = _hue(rng)
     else:
-        palette = np.array([_hue(rng, 20, 245) for _ in range(5)])
+        palette = np.array([_hue(rng) for _ in range(5)])
         angle = rng.below(3)
         field = (x, y, x + y)[angle] + _noise(size, size, 16, 16, rng.below(1 << 31)) // rng.between(10, 40)
         image = palette[(field // rng.between(5, 10)) % 5]
@@ -239,7 +249,7 @@ def _rug(rng: Rng, variant: int) -> Image:
     """A rug, fitted: borders around stripes, lozenges or a plain field."""
     size = 96
     x, y = _grid(size, size)
-    ground, mark, third = _hue(rng, 50, 220), _hue(rng, 30, 240), _hue(rng, 30, 240)
+    ground, mark, third = _hue(rng), _hue(rng), _hue(rng)
     image = np.broadcast_to(np.array(ground), (size, size, 3)).copy()
     style = variant % 4
     if style == 0:
@@ -287,6 +297,12 @@ def _screen(rng: Rng, variant: int) -> Image:
     return np.stack([18 + sheen, 20 + sheen, 26 + sheen], axis=-1)
 
 
+def _mirror(rng: Rng, variant: int) -> Image:
+    x, y = _grid(64, 64)
+    sheen = np.maximum(0, 60 - np.abs((x + y) % 90 - 40) * 3) // 2
+    return np.stack([176 + sheen + y // 4, 192 + sheen + y // 5, 202 + sheen + y // 6], axis=-1)
+
+
 def _books(rng: Rng, variant: int) -> Image:
     """A row of spines, fitted."""
     width, height = 128, 32
@@ -296,7 +312,7 @@ def _books(rng: Rng, variant: int) -> Image:
         thick = rng.between(4, 11)
         top = rng.between(1, 12)
         if rng.chance(90):
-            tone = _hue(rng, 40, 230)
+            tone = _hue(rng)
             image[top:, x : x + thick - 1] = tone
             band = rng.between(top + 2, 24)
             image[band : band + 3, x : x + thick - 1] = tuple(min(255, c + 60) for c in tone)
@@ -315,6 +331,7 @@ _KINDS: dict[str, Callable[[Rng, int], Image]] = {
     "planks": _planks, "parquet": _parquet, "tiles": _tiles, "carpet": _carpet, "wood": _wood, "fabric": _fabric,
     "blanket": _blanket, "marble": _marble, "metal": _metal, "door": _door, "picture": _picture, "rug": _rug,
     "view": _view, "screen": _screen, "books": _books, "leaves": _leaves,
+    "mirror": _mirror,
 }  # fmt: skip
 
 TEXTURE_KINDS = tuple(_KINDS)
