@@ -1,6 +1,6 @@
 """Names under which ``gymnasium.make`` finds the environments.
 
-Gymnasium calls :func:`register` when it is imported (entry point ``gymnasium.envs``), so nothing heavy is imported here.
+Gymnasium calls :func:`register` when it is imported (entry point ``gymnasium.envs``); it imports nothing heavy.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ Observation = dict[str, NDArray[np.float32]]
 class PointGoalNavEnv(gymnasium.Env):
     """One PointGoalNav agent (paper, appendix "PointGoal Navigation Setting").
 
-    Actions are 0 stop, 1 forward 0.25 m, 2 and 3 turn left and right by 30 degrees. An episode is terminated by stop and
+    Actions are 0 stop, 1 forward 0.25 m, 2 left and 3 right by 30 degrees. An episode is terminated by stop and
     truncated after 500 steps; ``info`` then holds its measures.
     """
 

@@ -18,9 +18,9 @@ def shortest_path_actions(
 ) -> NDArray[np.int64]:
     """Actions (n,) of an oracle for the agents in ``slots`` (n,), whose goals are prepared in ``fields``.
 
-    It stops within ``stop_distance`` [m] of the goal. Else it tries a step, as the simulator would carry it out, at each
-    heading that turns can reach, takes the one that ends nearest to the goal (geodesic distance), and turns towards it
-    or goes. While it turns its place and so its choice stay the same, hence it cannot dither.
+    It stops within ``stop_distance`` [m] of the goal. Else it tries a step, as the simulator would carry it out, at
+    each heading that turns can reach, takes the one that ends nearest to the goal (geodesic distance), and turns
+    towards it or goes. While it turns its place and so its choice stay the same, hence it cannot dither.
     """
     slots = np.asarray(slots, np.int64)
     if not len(slots):
