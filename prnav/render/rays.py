@@ -107,7 +107,7 @@ def check_poses(positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike) -> tu
 
 
 def rays_per_side(rays_per_receptor: int) -> int:
-    """s for s x s rays per receptor.
+    """Side of the square of rays: s for s x s rays per receptor.
 
     Raises:
         RenderError: not a perfect square of at least 1.

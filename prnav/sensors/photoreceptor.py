@@ -1,0 +1,74 @@
+"""Photoreceptor grids: averages of light over patches of each sensor's view."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from prnav.render import Renderer
+from prnav.sensors.design import Design
+from prnav.sensors.design_file import load_design
+
+if TYPE_CHECKING:
+    from prnav.scene.mesh import SceneMesh
+
+
+@dataclass(frozen=True)
+class PhotoreceptorConfig:
+    """Photoreceptors of an agent and how their light is computed."""
+
+    design: str = "forward"
+    """Name in the design library, or path of a design file."""
+    grid: int | None = None
+    """Receptors per row of each sensor; the design's own if not given."""
+    rays_per_receptor: int = 16
+    """Rays averaged in a receptor: a square number. Error against cost: see docs/rendering.md."""
+    engine: Literal["auto", "embree", "reference", "egl", "osmesa"] = "auto"
+    device: str = "cpu"
+    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Colour (0 to 1) where a ray meets nothing."""
+
+    def __post_init__(self) -> None:
+        if self.grid is not None and self.grid < 1:
+            raise ValueError(f"grid is {self.grid}; it must be at least 1")
+
+
+class Photoreceptors:
+    """The photoreceptors of a batch of agents: one initial design, any design per agent."""
+
+    def __init__(self, config: PhotoreceptorConfig, scenes: Sequence[SceneMesh]) -> None:
+        """Photoreceptors in ``scenes``.
+
+        Raises:
+            DesignError: the design cannot be used.
+            RenderError: the engine cannot be used.
+        """
+        self.config = config
+        self.design: Design = load_design(config.design)
+        self.grid = self.design.grid if config.grid is None else config.grid
+        self.renderer = Renderer(scenes, config.device, config.engine, config.rays_per_receptor, config.background)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of one agent's readings: sensors, receptors per sensor, colours."""
+        return self.design.num_sensors, self.grid * self.grid, 3
+
+    def read(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike | None = None
+    ) -> NDArray[np.float32]:
+        """Readings, shape (N, K, B * B, 3), 0 to 1, receptors row by row from the top left.
+
+        Args:
+            scene_ids: index of each agent's scene, shape (N,).
+            positions: feet [m], shape (N, 3).
+            yaws: headings [rad], shape (N,).
+            designs: sensor poses on the bodies, shape (N, K, 7); the initial design for all if not given.
+        """
+        if designs is None:
+            designs = np.broadcast_to(self.design.sensors, (len(np.asarray(yaws)), *self.design.sensors.shape))
+        readings = self.renderer.read(scene_ids, positions, yaws, designs, self.grid)
+        return readings.reshape(*readings.shape[:2], self.grid * self.grid, 3)
