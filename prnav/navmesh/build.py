@@ -123,8 +123,8 @@ def _poly_mesh(
     return PolyMesh(
         vertices=lower + polygons.vertices * size,
         polygon_start=start,
-        polygon_vertices=polygons.corners[used],
-        neighbours=polygons.neighbours[used],
+        polygon_vertices=polygons.corners[used].astype(np.int32),
+        neighbours=polygons.neighbours[used].astype(np.int32),
         flags=np.full(len(start) - 1, FLAG_WALK, np.uint16),
         detail_vertices=lower + heights.vertices,
         detail_vertex_start=heights.vertex_start,

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from prnav.navmesh.heightfield import OPEN_HEIGHT, Heightfield
 
+FAR = 0x3FFFFFFF
+
 
 class CompactField(NamedTuple):
     """Floor cells ordered by column, then upwards."""
@@ -34,7 +36,7 @@ def compact_field(field: Heightfield, walkable_height: int, walkable_climb: int)
     return CompactField(field.width, field.depth, start, column, floor, connected, area)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _floor_cells(span_start, bottom, top, walkable):
     columns = len(span_start) - 1
     start = np.zeros(columns + 1, np.int32)
@@ -60,13 +62,14 @@ def _floor_cells(span_start, bottom, top, walkable):
     return start, column_of, floor, free
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _connect(width, depth, start, column_of, floor, free, height, climb):
-    connected = np.full((len(floor), 4), -1, np.int32)
+    connected = np.empty((len(floor), 4), np.int32)
     for i in range(len(floor)):
         x = column_of[i] % width
         z = column_of[i] // width
         for direction in range(4):
+            connected[i, direction] = -1
             nx = x + (direction == 2) - (direction == 0)
             nz = z + (direction == 1) - (direction == 3)
             if nx < 0 or nz < 0 or nx >= width or nz >= depth:
@@ -81,7 +84,7 @@ def _connect(width, depth, start, column_of, floor, free, height, climb):
     return connected
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _chamfer(connected, distance):
     """Spread distances in two sweeps, in place: 2 per step to a side, 3 to a corner (half cells)."""
     count = len(distance)
@@ -101,38 +104,36 @@ def _chamfer(connected, distance):
             distance[i] = best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def erode(connected, area, radius):
     """Take away the cells nearer than ``radius`` cells to where one cannot walk; ``area`` in place."""
     count = len(area)
-    distance = np.full(count, 0x3FFFFFFF, np.int32)
+    distance = np.empty(count, np.int32)
     for i in range(count):
         sides = 0
         for direction in range(4):
             j = connected[i, direction]
             if j >= 0 and area[j] != 0:
                 sides += 1
-        if sides != 4 or area[i] == 0:
-            distance[i] = 0
+        distance[i] = FAR if sides == 4 and area[i] != 0 else 0
     _chamfer(connected, distance)
     for i in range(count):
         if distance[i] < 2 * radius:
             area[i] = 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def border_distance(connected, area):
     """Distance of each cell to the border of its area, blurred, (N,) [half cells]; and the largest before the blur."""
     count = len(area)
-    distance = np.full(count, 0x3FFFFFFF, np.int32)
+    distance = np.empty(count, np.int32)
     for i in range(count):
         sides = 0
         for direction in range(4):
             j = connected[i, direction]
             if j >= 0 and area[j] == area[i]:
                 sides += 1
-        if sides != 4:
-            distance[i] = 0
+        distance[i] = FAR if sides == 4 else 0
     _chamfer(connected, distance)
     largest = 0
     blurred = np.empty(count, np.int32)

@@ -33,24 +33,16 @@ def region_contours(field: CompactField, region: NDArray[np.int32], max_error: f
         max_error: Largest deviation from the cells' outline [cells].
         max_edge_length: Longest edge along a wall [cells]; 0 = any.
     """
-    return Contours(
-        *_contours(
-            field.width, field.column, field.floor, field.connected, region, np.float32(max_error), max_edge_length
-        )
-    )
+    borders, total = _border_sides(field.connected, region)
+    raw_start, raw, owner = _trace(field.width, field.column, field.floor, field.connected, region, borders, total)
+    corners = np.empty((total, 3), np.int32)
+    start = np.zeros(len(raw_start), np.int32)
+    _simplify(raw_start, raw, np.float32(max_error), max_edge_length, corners, start)
+    kept = np.diff(start) > 0
+    return Contours(np.append(np.int32(0), start[1:][kept]), corners[: start[-1]], owner[kept])
 
 
-@njit(cache=True, nogil=True)
-def _grown(rows, needed):
-    """The array, or a larger copy of it with room for ``needed`` rows."""
-    if needed <= len(rows):
-        return rows
-    larger = np.empty((2 * needed, rows.shape[1]), np.int32)
-    larger[: len(rows)] = rows
-    return larger
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _corner_height(floor, connected, i, direction):
     """Highest floor of the up to four cells that meet at a cell's corner."""
     turn = (direction + 1) % 4
@@ -65,34 +57,64 @@ def _corner_height(floor, connected, i, direction):
     return height
 
 
-@njit(cache=True, nogil=True)
-def _trace(width, column, floor, connected, region, borders, cell, raw):
-    """Walk along a region's border and take its sides from ``borders``; rows x, y, z, region beyond."""
-    i = cell
-    side = 0
-    while borders[i] & (1 << side) == 0:
-        side += 1
-    first_side = side
+@njit(cache=True, nogil=True, error_model="numpy")
+def _border_sides(connected, region):
+    """Bit per side of a cell where its region ends, (N,), and how many there are; cells that stand alone have none."""
+    borders = np.zeros(len(region), np.uint8)
+    total = 0
+    for i in range(len(region)):
+        if region[i] == 0:
+            continue
+        sides = 0
+        bits = 0
+        for side in range(4):
+            j = connected[i, side]
+            if j < 0 or region[j] != region[i]:
+                bits |= 1 << side
+                sides += 1
+        if sides < 4:
+            borders[i] = bits
+            total += sides
+    return borders, total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _trace(width, column, floor, connected, region, borders, total):
+    """Walk along all borders of regions, and clear ``borders`` on the way.
+
+    Returns the offsets of the contours, their corners as rows x, y, z, region beyond, and the contours' regions.
+    """
+    raw = np.empty((total, 4), np.int32)
+    start = np.zeros(total + 1, np.int32)
+    owner = np.empty(total, np.int32)
+    num = 0
     count = 0
-    for _ in range(4 * len(region) + 4):
-        j = connected[i, side]
-        if borders[i] & (1 << side):
-            raw = _grown(raw, count + 1)
-            raw[count, 0] = column[i] % width + (side == 1 or side == 2)
-            raw[count, 1] = _corner_height(floor, connected, i, side)
-            raw[count, 2] = column[i] // width + (side == 0 or side == 1)
-            raw[count, 3] = region[j] if j >= 0 else 0
-            count += 1
-            borders[i] &= ~(1 << side)
-            side = (side + 1) % 4
-        else:
-            if j < 0:
-                break
-            i = j
-            side = (side + 3) % 4
-        if i == cell and side == first_side:
-            break
-    return raw, count
+    for cell in range(len(region)):
+        while borders[cell] != 0:
+            i = np.int64(cell)
+            side = 0
+            while borders[i] & (1 << side) == 0:
+                side += 1
+            first_side = side
+            while True:
+                j = np.int64(connected[i, side])
+                if borders[i] & (1 << side):
+                    raw[count, 0] = column[i] % width + (side == 1 or side == 2)
+                    raw[count, 1] = _corner_height(floor, connected, i, side)
+                    raw[count, 2] = column[i] // width + (side == 0 or side == 1)
+                    raw[count, 3] = region[j] if j >= 0 else 0
+                    count += 1
+                    borders[i] &= ~(1 << side)
+                    side = (side + 1) % 4
+                elif j >= 0:
+                    i = j
+                    side = (side + 3) % 4
+                if i == cell and side == first_side:
+                    break
+            owner[num] = region[cell]
+            num += 1
+            start[num] = count
+    return start[: num + 1].copy(), raw, owner[:num].copy()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,12 +134,12 @@ def _deviation(x, z, ax, az, bx, bz):
     return dx * dx + dz * dz
 
 
-@njit(cache=True, nogil=True)
-def _simplify(raw, count, kept, max_error, max_edge_length):
-    """Choose corners of a raw contour; fills ``kept`` with their indices in order and returns how many."""
-    following = np.full(count, -1, np.int32)  # ring of kept corners
-    head = -1
-    tail = -1
+@njit(cache=True, nogil=True, error_model="numpy")
+def _choose(raw, following, max_error, max_edge_length):
+    """Choose the corners to keep of one raw contour: fills the ring ``following`` and returns its first corner."""
+    count = len(raw)
+    head = np.int64(-1)
+    tail = np.int64(-1)
     portal = False
     for k in range(count):
         portal = portal or raw[k, 3] != 0
@@ -192,57 +214,31 @@ def _simplify(raw, count, kept, max_error, max_edge_length):
             a = b
             if a == head:
                 break
-
-    num = 0
-    a = head
-    while True:
-        b = following[a]
-        # corners at the same place in the ground plane are one
-        if raw[a, 0] != raw[b, 0] or raw[a, 2] != raw[b, 2]:
-            kept[num] = a
-            num += 1
-        a = b
-        if a == head:
-            break
-    return num
+    return head
 
 
-@njit(cache=True, nogil=True)
-def _contours(width, column, floor, connected, region, max_error, max_edge_length):
-    cells = len(region)
-    borders = np.zeros(cells, np.uint8)  # bit per side where the region ends
-    for i in range(cells):
-        if region[i] == 0:
-            continue
-        for side in range(4):
-            j = connected[i, side]
-            if j < 0 or region[j] != region[i]:
-                borders[i] |= 1 << side
-        if borders[i] == 15:
-            borders[i] = 0  # a single cell
-    raw = np.empty((1024, 4), np.int32)
-    corners = np.empty((1024, 3), np.int32)
-    start = np.zeros((64, 1), np.int32)
-    owner = np.zeros((64, 1), np.int32)
-    kept = np.empty(1024, np.int32)
-    num = 0
+@njit(cache=True, nogil=True, error_model="numpy")
+def _simplify(raw_start, raw, max_error, max_edge_length, corners, start):
+    """Chosen corners of all contours; fills ``corners`` and ``start``, whose contours may be empty."""
+    longest = 0
+    for c in range(len(raw_start) - 1):
+        longest = max(longest, raw_start[c + 1] - raw_start[c])
+    following = np.empty(longest, np.int64)
     used = 0
-    for i in range(cells):
-        while borders[i] != 0:
-            raw, count = _trace(width, column, floor, connected, region, borders, i, raw)
-            if len(kept) < count:
-                kept = np.empty(2 * count, np.int32)
-            chosen = _simplify(raw, count, kept, max_error, max_edge_length)
-            if chosen < 3:
-                continue
-            corners = _grown(corners, used + chosen)
-            for k in range(chosen):
+    for c in range(len(raw_start) - 1):
+        rows = raw[raw_start[c] : raw_start[c + 1]]
+        head = _choose(rows, following, max_error, max_edge_length)
+        first = used
+        a = head
+        while True:
+            b = following[a]
+            if rows[a, 0] != rows[b, 0] or rows[a, 2] != rows[b, 2]:  # at one place in the ground plane: one corner
                 for axis in range(3):
-                    corners[used + k, axis] = raw[kept[k], axis]
-            used += chosen
-            owner = _grown(owner, num + 1)
-            start = _grown(start, num + 2)
-            owner[num, 0] = region[i]
-            num += 1
-            start[num, 0] = used
-    return start[: num + 1, 0].copy(), corners[:used].copy(), owner[:num, 0].copy()
+                    corners[used, axis] = rows[a, axis]
+                used += 1
+            a = b
+            if a == head:
+                break
+        if used - first < 3:
+            used = first
+        start[c + 1] = used

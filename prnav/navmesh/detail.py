@@ -40,73 +40,164 @@ def height_detail(
     polygons: GridPolygons, field: CompactField, region: NDArray[np.int32], settings: NavMeshSettings
 ) -> HeightDetail:
     """Detail of all polygons; see :class:`NavMeshSettings` for the sampling distance and the largest error."""
-    distance = settings.detail_sample_dist
+    sampling = 0.0 if settings.detail_sample_dist < 0.9 else settings.cell_size * settings.detail_sample_dist
+    max_error = settings.cell_height * settings.detail_sample_max_error
+    size = np.array([settings.cell_size, settings.cell_height, settings.cell_size])
+    radius = max(1, math.ceil(settings.edge_max_error))
+    counts = (polygons.corners >= 0).sum(axis=1)
+    boxes = _boxes(polygons, field)
+    largest = int((boxes[:, 2] * boxes[:, 3]).max(initial=1)) if sampling > 0 else 1
+    heights = np.empty(largest, np.int32)
+    queue = np.empty((largest, 3), np.int64)
+    hull = np.empty(MAX_VERTICES + 1, np.int64)
+    points = np.empty((MAX_VERTICES + 1, 3))
+    triangles = np.empty((MAX_TRIANGLES, 3), np.int64)
+    added: list[NDArray[np.float64]] = []
+    faces: list[NDArray[np.int64]] = []
+    flags: list[NDArray[np.uint8]] = []
+    num_added = len(polygons.vertices)
+    for p, count in enumerate(counts.tolist()):
+        corners = polygons.corners[p, :count]
+        cells = polygons.vertices[corners]
+        points[:count] = cells * size
+        hull[:count] = np.arange(count)
+        num_points = num_hull = count
+        if sampling > 0:
+            _height_patch(
+                cells,
+                polygons.region[p],
+                boxes[p],
+                field.width,
+                field.start,
+                field.floor,
+                field.connected,
+                region,
+                heights,
+                queue,
+            )
+            num_points, num_hull = _outline(points, count, sampling, max_error, size, radius, boxes[p], heights, hull)
+        num = _hull_triangles(points, hull, num_hull, count, triangles)
+        if sampling > 0 and _smallest_extent(points, count) >= 2 * sampling:
+            num_points, num = _add_inner_points(
+                points,
+                count,
+                num_points,
+                hull,
+                num_hull,
+                sampling,
+                max_error,
+                size,
+                radius,
+                boxes[p],
+                heights,
+                triangles,
+                num,
+            )
+        new = points[count:num_points] + [0.0, settings.cell_height, 0.0]  # Recast lifts the detail by one cell
+        own = np.concatenate([corners, np.arange(num_added, num_added + len(new))])
+        num_added += len(new)
+        added.append(new)
+        faces.append(own[triangles[:num]])
+        flags.append(_outline_flags(triangles[:num], hull[:num_hull], num_points))
     return HeightDetail(
-        *_detail(
-            polygons.vertices,
-            polygons.corners,
-            polygons.region,
-            field.width,
-            field.depth,
-            field.start,
-            field.floor,
-            field.connected,
-            region,
-            float(settings.cell_size),
-            float(settings.cell_height),
-            0.0 if distance < 0.9 else settings.cell_size * distance,
-            float(settings.cell_height * settings.detail_sample_max_error),
-            max(1, math.ceil(settings.edge_max_error)),
-        )
+        vertices=np.concatenate([np.zeros((0, 3)), *added]),
+        vertex_start=np.cumsum([0, *map(len, added)]).astype(np.int32),
+        triangles=np.concatenate([np.zeros((0, 3), np.int64), *faces]).astype(np.int32),
+        triangle_start=np.cumsum([0, *map(len, faces)]).astype(np.int32),
+        flags=np.concatenate([np.zeros(0, np.uint8), *flags]),
     )
 
 
-@njit(cache=True, nogil=True)
-def _step(direction):
-    """Offset in x and z of a direction."""
-    return (direction == 2) * 1 - (direction == 0) * 1, (direction == 1) * 1 - (direction == 3) * 1
+def _boxes(polygons: GridPolygons, field: CompactField) -> NDArray[np.int64]:
+    """Cells around each polygon: first x, first z, number along x, number along z, (P, 4)."""
+    used = (polygons.corners >= 0)[:, :, None]
+    places = polygons.vertices[polygons.corners][:, :, [0, 2]]
+    low = np.maximum(np.where(used, places, 1 << 30).min(axis=1) - 1, 0)
+    high = np.minimum(np.where(used, places, -1).max(axis=1) + 1, [field.width, field.depth])
+    return np.concatenate([low, high - low], axis=1)
 
 
-@njit(cache=True, nogil=True)
-def _centre_seed(corners, vertices, polygon, count, box, start, floor, connected, width, heights, queue):
-    """Cell at a polygon's centre, reached from near a corner; -1 if there is none. For polygons without own cells."""
-    x0, z0, wide, long = box
+def _outline_flags(triangles: NDArray[np.int64], hull: NDArray[np.int64], num_points: int) -> NDArray[np.uint8]:
+    """Bits 0, 2, 4 where the edges 01, 12, 20 of triangles lie on the outline, (T,)."""
+    place = np.full(num_points, -2)
+    place[hull] = np.arange(len(hull))
+    start, end = place[triangles], place[np.roll(triangles, -1, axis=1)]
+    on_outline = (start >= 0) & (end == (start + 1) % len(hull))
+    return (on_outline * np.array([1, 4, 16])).sum(axis=1).astype(np.uint8)
+
+
+def _add_inner_points(
+    points: NDArray[np.float64],
+    count: int,
+    num_points: int,
+    hull: NDArray[np.int64],
+    num_hull: int,
+    sampling: float,
+    max_error: float,
+    size: NDArray[np.float64],
+    radius: int,
+    box: NDArray[np.int64],
+    heights: NDArray[np.int32],
+    triangles: NDArray[np.int64],
+    num: int,
+) -> tuple[int, int]:
+    """Add samples from inside of a polygon, the worst first, until none errs too much.
+
+    Fills ``points`` and ``triangles``; returns the numbers of both.
+    """
+    low = np.floor(points[:count].min(axis=0) / sampling).astype(np.int64)
+    high = np.ceil(points[:count].max(axis=0) / sampling).astype(np.int64)
+    samples = np.empty(((high[0] - low[0]) * (high[2] - low[2]), 3))
+    samples = samples[: _samples(points, count, low, high, sampling, size, radius, box, heights, samples)]
+    edges = np.empty((10 * MAX_VERTICES, 4), np.int64)
+    while num_points < MAX_VERTICES and len(samples):
+        errors = _vertical_errors(samples, points, triangles, num)
+        worst = int(errors.argmax())
+        if errors[worst] <= max_error:
+            break
+        points[num_points] = samples[worst]
+        num_points += 1
+        samples = np.delete(samples, worst, axis=0)
+        num = _delaunay(points, num_points, hull, num_hull, edges, triangles)
+    return num_points, num
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _centre_seed(cells, x0, z0, wide, long, width, start, floor, connected, queue):
+    """Find the cell at a polygon's centre from near its corners: the place and index in ``queue[0]``, False if none."""
     best = NO_HEIGHT
-    seed = -1
     centre_x = 0
     centre_z = 0
-    for k in range(count):
-        v = corners[polygon, k]
-        centre_x += vertices[v, 0]
-        centre_z += vertices[v, 2]
-        for dz in range(-1, 2):
-            for dx in range(-1, 2):
-                x = vertices[v, 0] + dx
-                z = vertices[v, 2] + dz
-                if x < x0 or z < z0 or x >= x0 + wide or z >= z0 + long:
-                    continue
-                for i in range(start[x + z * width], start[x + z * width + 1]):
-                    gap = abs(floor[i] - vertices[v, 1])
-                    if gap < best:
-                        best = gap
-                        seed = i
-                        queue[0, 0] = x
-                        queue[0, 1] = z
-                        queue[0, 2] = i
-    if seed < 0:
+    for k in range(len(cells)):
+        centre_x += cells[k, 0]
+        centre_z += cells[k, 2]
+        for place in range(9):
+            x = cells[k, 0] + place % 3 - 1
+            z = cells[k, 2] + place // 3 - 1
+            if x < x0 or z < z0 or x >= x0 + wide or z >= z0 + long:
+                continue
+            for i in range(start[x + z * width], start[x + z * width + 1]):
+                gap = abs(floor[i] - cells[k, 1])
+                if gap < best:
+                    best = gap
+                    queue[0, 0] = x
+                    queue[0, 1] = z
+                    queue[0, 2] = i
+    if best == NO_HEIGHT:
         return False
-    centre_x //= count
-    centre_z //= count
+    centre_x //= len(cells)
+    centre_z //= len(cells)
     visited = np.zeros(wide * long, np.bool_)
     visited[queue[0, 0] - x0 + (queue[0, 1] - z0) * wide] = True
     stack = 1
     x = queue[0, 0]
     z = queue[0, 1]
+    i = queue[0, 2]
     while stack > 0:  # depth first, towards the centre
         stack -= 1
         x = queue[stack, 0]
         z = queue[stack, 1]
-        seed = queue[stack, 2]
+        i = queue[stack, 2]
         if x == centre_x and z == centre_z:
             break
         if x == centre_x:
@@ -115,51 +206,53 @@ def _centre_seed(corners, vertices, polygon, count, box, start, floor, connected
             direct = 2 if centre_x > x else 0
         for turn in range(1, 5):
             direction = (direct + turn) % 4  # the direct one last, on top of the stack
-            dx, dz = _step(direction)
-            j = connected[seed, direction]
-            if j < 0 or x + dx < x0 or z + dz < z0 or x + dx >= x0 + wide or z + dz >= z0 + long:
+            j = connected[i, direction]
+            px = x + (direction == 2) - (direction == 0)
+            pz = z + (direction == 1) - (direction == 3)
+            if j < 0 or px < x0 or pz < z0 or px >= x0 + wide or pz >= z0 + long:
                 continue
-            place = x + dx - x0 + (z + dz - z0) * wide
-            if visited[place]:
-                continue
-            visited[place] = True
-            queue[stack, 0] = x + dx
-            queue[stack, 1] = z + dz
-            queue[stack, 2] = j
-            stack += 1
+            if not visited[px - x0 + (pz - z0) * wide]:
+                visited[px - x0 + (pz - z0) * wide] = True
+                queue[stack, 0] = px
+                queue[stack, 1] = pz
+                queue[stack, 2] = j
+                stack += 1
     queue[0, 0] = x
     queue[0, 1] = z
-    queue[0, 2] = seed
-    heights[x - x0 + (z - z0) * wide] = floor[seed]
+    queue[0, 2] = i
     return True
 
 
-@njit(cache=True, nogil=True)
-def _height_patch(corners, vertices, polygon, count, own, box, start, floor, connected, region, width, heights, queue):
-    """Floor heights around a polygon: of its own region, spread from there to connected cells; fills ``heights``."""
-    x0, z0, wide, long = box
-    heights[: wide * long] = NO_HEIGHT
+@njit(cache=True, nogil=True, error_model="numpy")
+def _height_patch(cells, own, box, width, start, floor, connected, region, heights, queue):
+    """Floor heights around a polygon: of its own region, spread from there to connected cells; fills ``heights``.
+
+    A polygon without cells of its own region spreads from the cell at its centre.
+    """
+    x0, z0, wide, long = box[0], box[1], box[2], box[3]
     last = 0
     found = False
-    for z in range(z0, z0 + long):
-        for x in range(x0, x0 + wide):
-            for i in range(start[x + z * width], start[x + z * width + 1]):
-                if region[i] != own:
-                    continue
-                heights[x - x0 + (z - z0) * wide] = floor[i]
-                found = True
-                for direction in range(4):
-                    j = connected[i, direction]
-                    if j >= 0 and region[j] != own:
-                        queue[last, 0] = x
-                        queue[last, 1] = z
-                        queue[last, 2] = i
-                        last += 1
-                        break
-                break
-    if not found and _centre_seed(
-        corners, vertices, polygon, count, box, start, floor, connected, width, heights, queue
-    ):
+    for place in range(wide * long):
+        heights[place] = NO_HEIGHT
+        x = x0 + place % wide
+        z = z0 + place // wide
+        for i in range(start[x + z * width], start[x + z * width + 1]):
+            if region[i] != own:
+                continue
+            heights[place] = floor[i]
+            found = True
+            border = False
+            for direction in range(4):
+                j = connected[i, direction]
+                border = border or (j >= 0 and region[j] != own)
+            if border:
+                queue[last, 0] = x
+                queue[last, 1] = z
+                queue[last, 2] = i
+                last += 1
+            break
+    if not found and _centre_seed(cells, x0, z0, wide, long, width, start, floor, connected, queue):
+        heights[queue[0, 0] - x0 + (queue[0, 1] - z0) * wide] = floor[queue[0, 2]]
         last = 1
     head = 0
     while head < last:
@@ -169,26 +262,24 @@ def _height_patch(corners, vertices, polygon, count, own, box, start, floor, con
         head += 1
         for direction in range(4):
             j = connected[i, direction]
-            if j < 0:
-                continue
-            dx, dz = _step(direction)
-            px = x + dx - x0
-            pz = z + dz - z0
-            if px < 0 or pz < 0 or px >= wide or pz >= long or heights[px + pz * wide] != NO_HEIGHT:
+            px = x + (direction == 2) - (direction == 0) - x0
+            pz = z + (direction == 1) - (direction == 3) - z0
+            if j < 0 or px < 0 or pz < 0 or px >= wide or pz >= long or heights[px + pz * wide] != NO_HEIGHT:
                 continue
             heights[px + pz * wide] = floor[j]
-            queue[last, 0] = x + dx
-            queue[last, 1] = z + dz
+            queue[last, 0] = px + x0
+            queue[last, 1] = pz + z0
             queue[last, 2] = j
             last += 1
 
 
-@njit(cache=True, nogil=True)
-def _height(x, y, z, cell, cell_height, radius, box, heights):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _height(x, y, z, size, radius, box, heights):
     """Floor height at a point [m]; where its cell has none, the nearest to y of the closest ring of cells."""
-    x0, z0, wide, long = box
-    px = min(max(int(math.floor(x / cell + 0.01)) - x0, 0), wide - 1)
-    pz = min(max(int(math.floor(z / cell + 0.01)) - z0, 0), long - 1)
+    x0, z0, wide, long = box[0], box[1], box[2], box[3]
+    cell_height = size[1]
+    px = min(max(int(math.floor(x / size[0] + 0.01)) - x0, 0), wide - 1)
+    pz = min(max(int(math.floor(z / size[2] + 0.01)) - z0, 0), long - 1)
     height = heights[px + pz * wide]
     if height != NO_HEIGHT:
         return height * cell_height
@@ -207,15 +298,9 @@ def _height(x, y, z, cell, cell_height, radius, box, heights):
     return y
 
 
-@njit(cache=True, nogil=True)
-def _segment_distance(p, a, b, axes):
-    """Squared distance of p to the segment ab, in the ground plane (2 axes) or in space (3)."""
-    dy = b[1] - a[1] if axes == 3 else 0.0
-    py = p[1] - a[1] if axes == 3 else 0.0
-    dx = b[0] - a[0]
-    dz = b[2] - a[2]
-    px = p[0] - a[0]
-    pz = p[2] - a[2]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segment_distance(px, py, pz, dx, dy, dz):
+    """Squared distance of a point p to the segment from the origin to d."""
     length = dx * dx + dy * dy + dz * dz
     t = dx * px + dy * py + dz * pz
     if length > 0:
@@ -224,46 +309,50 @@ def _segment_distance(p, a, b, axes):
     return (px - t * dx) ** 2 + (py - t * dy) ** 2 + (pz - t * dz) ** 2
 
 
-@njit(cache=True, nogil=True)
-def _plane_distance(a, b):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _plane_distance(points, a, b):
     """Distance in the ground plane."""
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[2] - b[2]) ** 2)
+    return math.sqrt((points[a, 0] - points[b, 0]) ** 2 + (points[a, 2] - points[b, 2]) ** 2)
 
 
-@njit(cache=True, nogil=True)
-def _cross(a, b, c):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cross(points, a, b, c):
     """Twice the signed area of a triangle in the ground plane."""
-    return (b[0] - a[0]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[0] - a[0])
+    abx, abz = points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]
+    return abx * (points[c, 2] - points[a, 2]) - abz * (points[c, 0] - points[a, 0])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _smallest_extent(points, count):
     """Width of a polygon across its narrowest side."""
     smallest = np.inf
     for i in range(count):
         following = (i + 1) % count
+        dx, dz = points[following, 0] - points[i, 0], points[following, 2] - points[i, 2]
         largest = 0.0
         for j in range(count):
             if j != i and j != following:
-                largest = max(largest, _segment_distance(points[j], points[i], points[following], 2))
+                px, pz = points[j, 0] - points[i, 0], points[j, 2] - points[i, 2]
+                largest = max(largest, _segment_distance(px, 0.0, pz, dx, 0.0, dz))
         smallest = min(smallest, largest)
     return math.sqrt(smallest)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _hull_triangles(points, hull, num_hull, num_corners, triangles):
     """Triangles of an outline without inner points: from the smallest ear on, the shorter side first."""
     start, left, right = 0, 1, num_hull - 1
     smallest = np.inf
     for i in range(num_hull):
-        if hull[i] >= num_corners:
+        here = hull[i]
+        if here >= num_corners:
             continue  # on an edge: no ear
         before = hull[(i + num_hull - 1) % num_hull]
         after = hull[(i + 1) % num_hull]
         length = (
-            _plane_distance(points[before], points[hull[i]])
-            + _plane_distance(points[hull[i]], points[after])
-            + _plane_distance(points[after], points[before])
+            _plane_distance(points, before, here)
+            + _plane_distance(points, here, after)
+            + _plane_distance(points, after, before)
         )
         if length < smallest:
             smallest = length
@@ -273,47 +362,21 @@ def _hull_triangles(points, hull, num_hull, num_corners, triangles):
     while (left + 1) % num_hull != right:
         next_left = (left + 1) % num_hull
         next_right = (right + num_hull - 1) % num_hull
-        by_left = _plane_distance(points[hull[left]], points[hull[next_left]]) + _plane_distance(
-            points[hull[next_left]], points[hull[right]]
-        )
-        by_right = _plane_distance(points[hull[right]], points[hull[next_right]]) + _plane_distance(
-            points[hull[left]], points[hull[next_right]]
-        )
-        triangles[count, 0], triangles[count, 2] = hull[left], hull[right]
-        if by_left < by_right:
-            triangles[count, 1] = hull[next_left]
+        a, b, c, d = hull[left], hull[next_left], hull[next_right], hull[right]
+        triangles[count, 0], triangles[count, 2] = a, d
+        if _plane_distance(points, a, b) + _plane_distance(points, b, d) < (
+            _plane_distance(points, d, c) + _plane_distance(points, a, c)
+        ):
+            triangles[count, 1] = b
             left = next_left
         else:
-            triangles[count, 1] = hull[next_right]
+            triangles[count, 1] = c
             right = next_right
         count += 1
     return count
 
 
-@njit(cache=True, nogil=True)
-def _circle(a, b, c):
-    """Centre x, z and radius of the circle through three points; radius 0 where they are in line."""
-    bx, bz, cx, cz = b[0] - a[0], b[2] - a[2], c[0] - a[0], c[2] - a[2]
-    cross = bx * cz - bz * cx
-    if abs(cross) <= 1e-6:
-        return a[0], a[2], 0.0
-    b2 = bx * bx + bz * bz
-    c2 = cx * cx + cz * cz
-    x = (b2 * cz - c2 * bz) / (2 * cross)
-    z = (c2 * bx - b2 * cx) / (2 * cross)
-    return a[0] + x, a[2] + z, math.sqrt(x * x + z * z)
-
-
-@njit(cache=True, nogil=True)
-def _find_edge(edges, count, a, b):
-    """Row of the edge between two points, -1 if there is none."""
-    for k in range(count):
-        if (edges[k, 0] == a and edges[k, 1] == b) or (edges[k, 0] == b and edges[k, 1] == a):
-            return k
-    return -1
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _crosses_edges(points, edges, count, a, b):
     """Whether the segment ab crosses an edge that does not end at a or b."""
     for k in range(count):
@@ -321,39 +384,26 @@ def _crosses_edges(points, edges, count, a, b):
         d = edges[k, 1]
         if a == c or a == d or b == c or b == d:
             continue
-        first = _cross(points[c], points[d], points[b])
-        second = _cross(points[c], points[d], points[a])
-        if first * second < 0:
-            third = _cross(points[a], points[b], points[c])
-            if third * (third + second - first) < 0:
-                return True
+        first = _cross(points, c, d, b)
+        second = _cross(points, c, d, a)
+        third = _cross(points, a, b, c)
+        if first * second < 0 and third * (third + second - first) < 0:
+            return True
     return False
 
 
-@njit(cache=True, nogil=True)
-def _set_face(edges, count, a, b, face):
-    """Give the side of edge a-b to the left of that direction to a face; adds the edge. Returns the number of edges."""
-    row = _find_edge(edges, count, a, b)
-    if row < 0:
-        if count < len(edges):
-            edges[count, 0], edges[count, 1], edges[count, 2], edges[count, 3] = a, b, face, UNKNOWN
-            count += 1
-    elif edges[row, 0] == a and edges[row, 2] == UNKNOWN:
-        edges[row, 2] = face
-    elif edges[row, 0] == b and edges[row, 3] == UNKNOWN:
-        edges[row, 3] = face
-    return count
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _delaunay(points, num_points, hull, num_hull, edges, triangles):
-    """Delaunay triangles of points inside an outline; returns their number."""
+    """Delaunay triangles of points inside an outline; returns their number.
+
+    Rows of ``edges``: start, end, face to the left, face to the right of it.
+    """
     count = 0
-    before = num_hull - 1
+    before = hull[num_hull - 1]
     for i in range(num_hull):
-        edges[count, 0], edges[count, 1], edges[count, 2], edges[count, 3] = hull[before], hull[i], HULL, UNKNOWN
+        edges[count, 0], edges[count, 1], edges[count, 2], edges[count, 3] = before, hull[i], HULL, UNKNOWN
+        before = hull[i]
         count += 1
-        before = i
     faces = 0
     current = 0
     while current < count:
@@ -362,32 +412,58 @@ def _delaunay(points, num_points, hull, num_hull, edges, triangles):
                 continue
             s = edges[current, 0] if side == 2 else edges[current, 1]
             t = edges[current, 1] if side == 2 else edges[current, 0]
-            best = -1
+            best = np.int64(-1)
             x, z, radius = 0.0, 0.0, 0.0
             for u in range(num_points):
-                if u == s or u == t or _cross(points[s], points[t], points[u]) <= 1e-5:
+                if u == s or u == t or _cross(points, s, t, u) <= 1e-5:
                     continue
                 if best >= 0:
                     d = math.sqrt((points[u, 0] - x) ** 2 + (points[u, 2] - z) ** 2)
                     if d > radius * 1.001:
                         continue
-                    if d >= radius * 0.999 and (
-                        _crosses_edges(points, edges, count, s, u) or _crosses_edges(points, edges, count, t, u)
-                    ):
-                        continue
-                best = u
-                x, z, radius = _circle(points[s], points[t], points[u])
+                    if d >= radius * 0.999:  # on the circle: the new sides must not cross any
+                        crossing = False
+                        for turn in range(2):
+                            crossing = crossing or _crosses_edges(
+                                points, edges, count, s if turn == 0 else t, np.int64(u)
+                            )
+                        if crossing:
+                            continue
+                best = np.int64(u)
+                bx, bz = points[t, 0] - points[s, 0], points[t, 2] - points[s, 2]
+                cx, cz = points[u, 0] - points[s, 0], points[u, 2] - points[s, 2]
+                b2 = bx * bx + bz * bz
+                c2 = cx * cx + cz * cz
+                twice = 2 * (bx * cz - bz * cx)
+                ox = (b2 * cz - c2 * bz) / twice
+                oz = (c2 * bx - b2 * cx) / twice
+                radius = math.sqrt(ox * ox + oz * oz)
+                x, z = points[s, 0] + ox, points[s, 2] + oz
             if best < 0:
                 edges[current, side] = HULL
                 continue
             edges[current, side] = faces
-            count = _set_face(edges, count, best, s, faces)
-            count = _set_face(edges, count, t, best, faces)
+            for turn in range(2):  # the triangle's other sides: new edges, or sides of known ones
+                a = best if turn == 0 else t
+                b = s if turn == 0 else best
+                row = 0
+                while row < count and not (
+                    (edges[row, 0] == a and edges[row, 1] == b) or (edges[row, 0] == b and edges[row, 1] == a)
+                ):
+                    row += 1
+                if row < count:
+                    other = 2 if edges[row, 0] == a else 3
+                    if edges[row, other] == UNKNOWN:
+                        edges[row, other] = faces
+                elif count < len(edges):
+                    edges[count, 0], edges[count, 1], edges[count, 2], edges[count, 3] = a, b, faces, UNKNOWN
+                    count += 1
             faces += 1
-        # a face from the edges that have it on a side
         current += 1
     faces = min(faces, len(triangles))
-    triangles[:faces] = -1
+    for face in range(faces):
+        for k in range(3):
+            triangles[face, k] = -1
     for k in range(count):
         for side in range(2, 4):
             face = edges[k, side]
@@ -404,53 +480,54 @@ def _delaunay(points, num_points, hull, num_hull, edges, triangles):
                 triangles[face, 2] = b
     kept = 0
     for face in range(faces):
-        if triangles[face, 0] >= 0 and triangles[face, 1] >= 0 and triangles[face, 2] >= 0:
-            triangles[kept] = triangles[face]
+        if triangles[face, 2] >= 0:
+            for k in range(3):
+                triangles[kept, k] = triangles[face, k]
             kept += 1
     return kept
 
 
-@njit(cache=True, nogil=True)
-def _mesh_distance(p, points, triangles, count):
-    """Smallest vertical distance of p to the triangles above or below it, -1 if there are none."""
-    nearest = np.inf
-    for k in range(count):
-        a, b, c = points[triangles[k, 0]], points[triangles[k, 1]], points[triangles[k, 2]]
-        v0x, v0z, v1x, v1z = c[0] - a[0], c[2] - a[2], b[0] - a[0], b[2] - a[2]
-        v2x, v2z = p[0] - a[0], p[2] - a[2]
-        dot00 = v0x * v0x + v0z * v0z
-        dot01 = v0x * v1x + v0z * v1z
-        dot11 = v1x * v1x + v1z * v1z
-        scale = dot00 * dot11 - dot01 * dot01
-        if scale <= 0:
-            continue
-        dot02 = v0x * v2x + v0z * v2z
-        dot12 = v1x * v2x + v1z * v2z
-        u = (dot11 * dot02 - dot01 * dot12) / scale
-        v = (dot00 * dot12 - dot01 * dot02) / scale
-        if u >= -1e-4 and v >= -1e-4 and u + v <= 1 + 1e-4:
-            nearest = min(nearest, abs(a[1] + (c[1] - a[1]) * u + (b[1] - a[1]) * v - p[1]))
-    return nearest if nearest < np.inf else -1.0
+@njit(cache=True, nogil=True, error_model="numpy")
+def _vertical_errors(samples, points, triangles, count):
+    """Smallest vertical distance of each sample to the triangles above or below it, -1 if there are none."""
+    errors = np.empty(len(samples))
+    for i in range(len(samples)):
+        nearest = np.inf
+        for k in range(count):
+            a, b, c = triangles[k, 0], triangles[k, 1], triangles[k, 2]
+            v0x, v0z = points[c, 0] - points[a, 0], points[c, 2] - points[a, 2]
+            v1x, v1z = points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]
+            v2x, v2z = samples[i, 0] - points[a, 0], samples[i, 2] - points[a, 2]
+            area = v0x * v1z - v0z * v1x
+            if area == 0:
+                continue
+            u = (v2x * v1z - v2z * v1x) / area
+            v = (v0x * v2z - v0z * v2x) / area
+            if u >= -1e-4 and v >= -1e-4 and u + v <= 1 + 1e-4:
+                y = points[a, 1] + (points[c, 1] - points[a, 1]) * u + (points[b, 1] - points[a, 1]) * v
+                nearest = min(nearest, abs(y - samples[i, 1]))
+        errors[i] = nearest if nearest < np.inf else -1.0
+    return errors
 
 
-@njit(cache=True, nogil=True)
-def _outline_distance(points, count, p):
-    """Squared distance of p to a polygon's outline in the ground plane, negative inside."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _outline_distance(points, count, x, z):
+    """Squared distance of a place to a polygon's outline in the ground plane, negative inside."""
     nearest = np.inf
     inside = False
     before = count - 1
     for i in range(count):
-        a = points[i]
-        b = points[before]
-        if (a[2] > p[2]) != (b[2] > p[2]) and p[0] < (b[0] - a[0]) * (p[2] - a[2]) / (b[2] - a[2]) + a[0]:
+        dx, dz = points[before, 0] - points[i, 0], points[before, 2] - points[i, 2]
+        px, pz = x - points[i, 0], z - points[i, 2]
+        if (pz < 0) != (pz < dz) and px < dx * pz / dz:
             inside = not inside
-        nearest = min(nearest, _segment_distance(p, b, a, 2))
+        nearest = min(nearest, _segment_distance(px, 0.0, pz, dx, 0.0, dz))
         before = i
     return -nearest if inside else nearest
 
 
-@njit(cache=True, nogil=True)
-def _outline(points, count, sampling, max_error, cell, cell_height, radius, box, heights, hull):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _outline(points, count, sampling, max_error, size, radius, box, heights, hull):
     """Add the vertices that the outline's height needs; fills ``hull``, returns the numbers of points and of hull."""
     num_points = count
     num_hull = 0
@@ -458,32 +535,43 @@ def _outline(points, count, sampling, max_error, cell, cell_height, radius, box,
     chosen = np.empty(MAX_EDGE_SAMPLES + 1, np.int64)
     before = count - 1
     for i in range(count):
-        a = points[before]
-        b = points[i]
-        swapped = a[2] > b[2] if abs(a[0] - b[0]) < 1e-6 else a[0] > b[0]
-        if swapped:  # the same order from both sides of an edge
-            a, b = b, a
-        length = _plane_distance(a, b)
-        parts = min(1 + int(math.floor(length / sampling)), MAX_EDGE_SAMPLES)
-        parts = min(parts, MAX_VERTICES - 1 - num_points)
+        a = before
+        b = i
         hull[num_hull] = before
         num_hull += 1
         before = i
+        if abs(points[a, 0] - points[b, 0]) < 1e-6:
+            swapped = points[a, 2] > points[b, 2]
+        else:
+            swapped = points[a, 0] > points[b, 0]
+        if swapped:  # the same order from both sides of an edge
+            a, b = b, a
+        parts = min(1 + int(math.floor(_plane_distance(points, a, b) / sampling)), MAX_EDGE_SAMPLES)
+        parts = min(parts, MAX_VERTICES - 1 - num_points)
         if parts < 2:
             continue
         for k in range(parts + 1):
             for axis in range(3):
-                edge[k, axis] = a[axis] + (b[axis] - a[axis]) * (k / parts)
-            edge[k, 1] = _height(edge[k, 0], edge[k, 1], edge[k, 2], cell, cell_height, radius, box, heights)
+                edge[k, axis] = points[a, axis] + (points[b, axis] - points[a, axis]) * (k / parts)
+            edge[k, 1] = _height(edge[k, 0], edge[k, 1], edge[k, 2], size, radius, box, heights)
         chosen[0] = 0
         chosen[1] = parts
         num = 2
         k = 0
         while k < num - 1:
+            first = chosen[k]
+            last = chosen[k + 1]
             largest = 0.0
             farthest = -1
-            for m in range(chosen[k] + 1, chosen[k + 1]):
-                deviation = _segment_distance(edge[m], edge[chosen[k]], edge[chosen[k + 1]], 3)
+            for m in range(first + 1, last):
+                deviation = _segment_distance(
+                    edge[m, 0] - edge[first, 0],
+                    edge[m, 1] - edge[first, 1],
+                    edge[m, 2] - edge[first, 2],
+                    edge[last, 0] - edge[first, 0],
+                    edge[last, 1] - edge[first, 1],
+                    edge[last, 2] - edge[first, 2],
+                )
                 if deviation > largest:
                     largest = deviation
                     farthest = m
@@ -495,201 +583,35 @@ def _outline(points, count, sampling, max_error, cell, cell_height, radius, box,
             else:
                 k += 1
         for k in range(1, num - 1):
-            points[num_points] = edge[chosen[num - 1 - k if swapped else k]]
+            sample = chosen[num - 1 - k if swapped else k]
+            for axis in range(3):
+                points[num_points, axis] = edge[sample, axis]
             hull[num_hull] = num_points
             num_hull += 1
             num_points += 1
     return num_points, num_hull
 
 
-@njit(cache=True, nogil=True)
-def _jitter(i, factor):
-    """A fixed pseudo-random number in -1..1."""
-    return ((i * factor) & 0xFFFF) / 65535.0 * 2.0 - 1.0
-
-
-@njit(cache=True, nogil=True)
-def _inside(
-    points,
-    count,
-    num_points,
-    hull,
-    num_hull,
-    sampling,
-    max_error,
-    cell,
-    cell_height,
-    radius,
-    box,
-    heights,
-    triangles,
-    num,
-):
-    """Add inner samples, the worst first, until none errs too much; the numbers of points and triangles."""
-    low_x, high_x = points[0, 0], points[0, 0]
-    low_y, high_y = points[0, 1], points[0, 1]
-    low_z, high_z = points[0, 2], points[0, 2]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _samples(points, count, low, high, sampling, size, radius, box, heights, samples):
+    """Samples on a grid inside a polygon, not too near to its outline; fills ``samples``, returns how many."""
+    low_y = points[0, 1]
+    high_y = points[0, 1]
     for k in range(1, count):
-        low_x, high_x = min(low_x, points[k, 0]), max(high_x, points[k, 0])
-        low_y, high_y = min(low_y, points[k, 1]), max(high_y, points[k, 1])
-        low_z, high_z = min(low_z, points[k, 2]), max(high_z, points[k, 2])
-    x0, x1 = int(math.floor(low_x / sampling)), int(math.ceil(high_x / sampling))
-    z0, z1 = int(math.floor(low_z / sampling)), int(math.ceil(high_z / sampling))
-    samples = np.empty(((x1 - x0) * (z1 - z0), 3))
-    num_samples = 0
-    point = np.empty(3)
-    for z in range(z0, z1):
-        for x in range(x0, x1):
-            point[0], point[1], point[2] = x * sampling, (low_y + high_y) / 2, z * sampling
-            if _outline_distance(points, count, point) > -sampling / 2:
+        low_y = min(low_y, points[k, 1])
+        high_y = max(high_y, points[k, 1])
+    num = 0
+    for column in range(low[2], high[2]):
+        for row in range(low[0], high[0]):
+            x = row * sampling
+            z = column * sampling
+            if _outline_distance(points, count, x, z) > -sampling / 2:
                 continue
-            point[1] = _height(point[0], point[1], point[2], cell, cell_height, radius, box, heights)
-            # off the grid by a little: symmetric points triangulate badly
-            point[0] += _jitter(num_samples, 0x8DA6B343) * cell * 0.1
-            point[2] += _jitter(num_samples, 0xD8163841) * cell * 0.1
-            samples[num_samples] = point
-            num_samples += 1
-    added = np.zeros(num_samples, np.bool_)
-    edges = np.empty((10 * MAX_VERTICES, 4), np.int64)
-    while num_points < MAX_VERTICES:
-        largest = 0.0
-        best = -1
-        for i in range(num_samples):
-            if added[i]:
-                continue
-            error = _mesh_distance(samples[i], points, triangles, num)
-            if error > largest:
-                largest = error
-                best = i
-        if best < 0 or largest <= max_error:
-            break
-        added[best] = True
-        points[num_points] = samples[best]
-        num_points += 1
-        num = _delaunay(points, num_points, hull, num_hull, edges, triangles)
-    return num_points, num
-
-
-@njit(cache=True, nogil=True)
-def _detail(
-    vertices,
-    corners,
-    owner,
-    width,
-    depth,
-    start,
-    floor,
-    connected,
-    region,
-    cell,
-    cell_height,
-    sampling,
-    max_error,
-    radius,
-):
-    num_polygons = len(corners)
-    most = corners.shape[1]
-    boxes = np.zeros((num_polygons, 4), np.int64)
-    largest = 1
-    for p in range(num_polygons):
-        x0, z0, x1, z1 = width, depth, 0, 0
-        for k in range(most):
-            if corners[p, k] >= 0:
-                v = corners[p, k]
-                x0, x1 = min(x0, vertices[v, 0]), max(x1, vertices[v, 0])
-                z0, z1 = min(z0, vertices[v, 2]), max(z1, vertices[v, 2])
-        x0, z0 = max(x0 - 1, 0), max(z0 - 1, 0)
-        x1, z1 = min(x1 + 1, width), min(z1 + 1, depth)
-        boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3] = x0, z0, x1 - x0, z1 - z0
-        largest = max(largest, (x1 - x0) * (z1 - z0))
-    if sampling == 0:
-        largest = 1
-    heights = np.empty(largest, np.int32)
-    queue = np.empty((largest, 3), np.int32)
-    points = np.empty((MAX_VERTICES + 1, 3))
-    hull = np.empty(MAX_VERTICES + 1, np.int64)
-    triangles = np.empty((MAX_TRIANGLES, 3), np.int64)
-    outline = np.empty(MAX_VERTICES + 1, np.int64)
-    vertex_start = np.zeros(num_polygons + 1, np.int32)
-    triangle_start = np.zeros(num_polygons + 1, np.int32)
-    all_points = np.empty((256, 3))
-    all_triangles = np.empty((4 * num_polygons + 256, 3), np.int32)
-    all_flags = np.empty(4 * num_polygons + 256, np.uint8)
-    num_all = 0
-    num_all_triangles = 0
-    for p in range(num_polygons):
-        count = 0
-        while count < most and corners[p, count] >= 0:
-            v = corners[p, count]
-            points[count, 0] = vertices[v, 0] * cell
-            points[count, 1] = vertices[v, 1] * cell_height
-            points[count, 2] = vertices[v, 2] * cell
-            hull[count] = count
-            count += 1
-        num_points = count
-        num_hull = count
-        if sampling > 0:
-            box = (boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3])
-            _height_patch(
-                corners, vertices, p, count, owner[p], box, start, floor, connected, region, width, heights, queue
-            )
-            num_points, num_hull = _outline(
-                points, count, sampling, max_error, cell, cell_height, radius, box, heights, hull
-            )
-        num = _hull_triangles(points, hull, num_hull, count, triangles)
-        if sampling > 0 and _smallest_extent(points, count) >= 2 * sampling:
-            num_points, num = _inside(
-                points,
-                count,
-                num_points,
-                hull,
-                num_hull,
-                sampling,
-                max_error,
-                cell,
-                cell_height,
-                radius,
-                box,
-                heights,
-                triangles,
-                num,
-            )
-        while num_all + num_points - count > len(all_points):
-            larger_points = np.empty((2 * len(all_points), 3))
-            larger_points[:num_all] = all_points[:num_all]
-            all_points = larger_points
-        while num_all_triangles + num > len(all_triangles):
-            larger_triangles = np.empty((2 * len(all_triangles), 3), np.int32)
-            larger_triangles[:num_all_triangles] = all_triangles[:num_all_triangles]
-            all_triangles = larger_triangles
-            larger_flags = np.empty(len(all_triangles), np.uint8)
-            larger_flags[:num_all_triangles] = all_flags[:num_all_triangles]
-            all_flags = larger_flags
-        outline[:num_points] = -1
-        for k in range(num_hull):
-            outline[hull[k]] = k
-        for t in range(num):
-            flag = 0
-            for k in range(3):
-                a = triangles[t, k]
-                b = triangles[t, (k + 1) % 3]
-                if outline[a] >= 0 and outline[b] >= 0 and outline[b] == (outline[a] + 1) % num_hull:
-                    flag |= 1 << (2 * k)
-                all_triangles[num_all_triangles, k] = (
-                    corners[p, a] if a < count else len(vertices) + num_all + a - count
-                )
-            all_flags[num_all_triangles] = flag
-            num_all_triangles += 1
-        for k in range(count, num_points):
-            all_points[num_all] = points[k]
-            all_points[num_all, 1] += cell_height  # Recast lifts the detail by one cell
-            num_all += 1
-        vertex_start[p + 1] = num_all
-        triangle_start[p + 1] = num_all_triangles
-    return (
-        all_points[:num_all].copy(),
-        vertex_start,
-        all_triangles[:num_all_triangles].copy(),
-        triangle_start,
-        all_flags[:num_all_triangles].copy(),
-    )
+            # off the grid by a little, as symmetric points triangulate badly: pseudo-random numbers in -1..1
+            jitter_x = ((num * 0x8DA6B343) & 0xFFFF) / 65535.0 * 2.0 - 1.0
+            jitter_z = ((num * 0xD8163841) & 0xFFFF) / 65535.0 * 2.0 - 1.0
+            samples[num, 0] = x + jitter_x * size[0] * 0.1
+            samples[num, 1] = _height(x, (low_y + high_y) / 2, z, size, radius, box, heights)
+            samples[num, 2] = z + jitter_z * size[2] * 0.1
+            num += 1
+    return num

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 MAX_SPAN_HEIGHT = 8191  # highest span top [cell heights]; Recast packs it in 13 bits
 OPEN_HEIGHT = 0xFFFF  # where the space above a column's last span ends
+BOTTOM, TOP, AREA, NEXT = range(4)  # columns of a list's row
 
 
 class Heightfield(NamedTuple):
@@ -60,8 +61,10 @@ def solid_spans(
     width, depth = grid_size(bounds, cell_size)
     walkable = walkable_triangles(vertices, faces, max_slope)
     sizes = np.array([cell_size, cell_height], np.float32)
-    lists = _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, walkable_climb)
-    return Heightfield(width, depth, *_columns(*lists))
+    head = np.full(width * depth, -1, np.int32)
+    spans = _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, walkable_climb, head)
+    start = np.zeros(width * depth + 1, np.int32)
+    return Heightfield(width, depth, start, *_columns(head, spans, start))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -86,98 +89,96 @@ def _divide(polygon, count, low, high, axis, offset):
         else:
             to_low = distance >= 0
             to_high = distance <= 0
-        if to_low:
-            low[num_low] = polygon[here]
-            num_low += 1
-        if to_high:
-            high[num_high] = polygon[here]
-            num_high += 1
+        for k in range(3):
+            if to_low:
+                low[num_low, k] = polygon[here, k]
+            if to_high:
+                high[num_high, k] = polygon[here, k]
+        num_low += to_low
+        num_high += to_high
         before = here
     return num_low, num_high
 
 
-@njit(cache=True, nogil=True)
-def _add_span(spans, following, head, column, bottom, top, area, climb, free, used):
-    """Insert a span in a column's list and swallow those it touches; returns the new list heads of free and used."""
-    previous = -1
-    current = head[column]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_span(spans, head, column, bottom, top, area, climb, ends):
+    """Insert a span in a column's list and swallow those it touches.
+
+    ``ends`` holds the first free row (-1 = none) and the number of rows in use.
+    """
+    previous = np.int64(-1)
+    current = np.int64(head[column])
     while current >= 0:
-        if spans[current, 0] > top:
+        if spans[current, BOTTOM] > top:
             break
-        after = following[current]
-        if spans[current, 1] < bottom:
+        after = np.int64(spans[current, NEXT])
+        if spans[current, TOP] < bottom:
             previous = current
         else:
-            bottom = min(bottom, spans[current, 0])
-            top = max(top, spans[current, 1])
-            if abs(top - spans[current, 1]) <= climb:
-                area = max(area, spans[current, 2])
+            bottom = min(bottom, spans[current, BOTTOM])
+            top = max(top, spans[current, TOP])
+            if abs(top - spans[current, TOP]) <= climb:
+                area = max(area, spans[current, AREA])
             if previous >= 0:
-                following[previous] = after
+                spans[previous, NEXT] = after
             else:
                 head[column] = after
-            following[current] = free
-            free = current
+            spans[current, NEXT] = ends[0]
+            ends[0] = current
         current = after
-    if free >= 0:
-        new = free
-        free = following[new]
+    new = ends[0]
+    if new >= 0:
+        ends[0] = spans[new, NEXT]
     else:
-        new = used
-        used += 1
-    spans[new, 0] = bottom
-    spans[new, 1] = top
-    spans[new, 2] = area
+        new = ends[1]
+        ends[1] += 1
+    spans[new, BOTTOM] = bottom
+    spans[new, TOP] = top
+    spans[new, AREA] = area
     if previous >= 0:
-        following[new] = following[previous]
-        following[previous] = new
+        spans[new, NEXT] = spans[previous, NEXT]
+        spans[previous, NEXT] = new
     else:
-        following[new] = head[column]
+        spans[new, NEXT] = head[column]
         head[column] = new
-    return free, used
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, climb):
-    """Lists of spans per column: head (columns,), following (S,), spans (S, 3) = bottom, top, walkable."""
+def _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, climb, head):
+    """Lists of spans per column: fills ``head`` (columns,) and returns rows bottom, top, walkable, next."""
     cell = sizes[0]
     inverse_cell = np.float32(1) / sizes[0]
     inverse_height = np.float32(1) / sizes[1]
     low_x, low_y, low_z = bounds[0, 0], bounds[0, 1], bounds[0, 2]
     range_y = bounds[1, 1] - low_y
-    head = np.full(width * depth, -1, np.int32)
     capacity = max(1024, width * depth)
-    spans = np.empty((capacity, 3), np.int32)
-    following = np.empty(capacity, np.int32)
-    free = -1
-    used = 0
+    spans = np.empty((capacity, 4), np.int32)
+    ends = np.array([-1, 0])
     rest = np.empty((16, 3), np.float32)
     row = np.empty((16, 3), np.float32)
     piece = np.empty((16, 3), np.float32)
     spare = np.empty((16, 3), np.float32)
+    axis_x = np.int64(0)
+    axis_z = np.int64(2)
     for face in range(len(faces)):
-        for k in range(3):
-            rest[k] = vertices[faces[face, k]]
+        for corner in range(3):
+            for k in range(3):
+                rest[corner, k] = vertices[faces[face, corner], k]
         min_x = min(rest[0, 0], rest[1, 0], rest[2, 0])
         max_x = max(rest[0, 0], rest[1, 0], rest[2, 0])
         min_z = min(rest[0, 2], rest[1, 2], rest[2, 2])
         max_z = max(rest[0, 2], rest[1, 2], rest[2, 2])
-        z0 = max(int((min_z - low_z) * inverse_cell), -1)
+        z0 = min(max(int((min_z - low_z) * inverse_cell), -1), depth - 1)
         z1 = min(max(int((max_z - low_z) * inverse_cell), 0), depth - 1)
-        z0 = min(z0, depth - 1)
-        if z0 == z1 and z0 >= 0:
-            x0 = int((min_x - low_x) * inverse_cell)
-            single = x0 == int((max_x - low_x) * inverse_cell) and x0 >= 0 and x0 < width
-        else:
-            single = False
-        num_rest = 3
+        x0 = int((min_x - low_x) * inverse_cell)
+        x1 = int((max_x - low_x) * inverse_cell)
+        single = z0 == z1 and z0 >= 0 and x0 == x1 and x0 >= 0 and x0 < width
+        num_rest = np.int64(3)
         for z in range(z0, z1 + 1):
-            if single:
-                num_row = 3
-                x1 = x0
-            else:
+            num_row = np.int64(3)
+            if not single:
                 edge = low_z + np.float32(z) * cell + cell
-                num_row, num_rest = _divide(rest, num_rest, row, spare, 2, edge)
+                num_row, num_rest = _divide(rest, num_rest, row, spare, axis_z, edge)
                 rest, spare = spare, rest
                 if num_row < 3 or z < 0:
                     continue
@@ -194,20 +195,20 @@ def _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, climb):
                 x1 = min(x1, width - 1)
             for x in range(x0, x1 + 1):
                 if single:
-                    num_piece = 3
-                    min_y = min(rest[0, 1], rest[1, 1], rest[2, 1])
-                    max_y = max(rest[0, 1], rest[1, 1], rest[2, 1])
+                    num_piece = np.int64(3)
+                    source = rest
                 else:
                     edge = low_x + np.float32(x) * cell + cell
-                    num_piece, num_row = _divide(row, num_row, piece, spare, 0, edge)
+                    num_piece, num_row = _divide(row, num_row, piece, spare, axis_x, edge)
                     row, spare = spare, row
                     if num_piece < 3 or x < 0:
                         continue
-                    min_y = piece[0, 1]
-                    max_y = piece[0, 1]
-                    for k in range(1, num_piece):
-                        min_y = min(min_y, piece[k, 1])
-                        max_y = max(max_y, piece[k, 1])
+                    source = piece
+                min_y = source[0, 1]
+                max_y = source[0, 1]
+                for k in range(1, num_piece):
+                    min_y = min(min_y, source[k, 1])
+                    max_y = max(max_y, source[k, 1])
                 min_y -= low_y
                 max_y -= low_y
                 if max_y < 0 or min_y > range_y:
@@ -216,29 +217,26 @@ def _rasterise(vertices, faces, walkable, bounds, sizes, width, depth, climb):
                 max_y = min(max_y, range_y)
                 bottom = min(int(math.floor(min_y * inverse_height)), MAX_SPAN_HEIGHT)
                 top = min(max(int(math.ceil(max_y * inverse_height)), bottom + 1), MAX_SPAN_HEIGHT)
-                if free < 0 and used == capacity:
+                if ends[0] < 0 and ends[1] == capacity:
+                    larger = np.empty((2 * capacity, 4), np.int32)
+                    for i in range(capacity):
+                        for k in range(4):
+                            larger[i, k] = spans[i, k]
+                    spans = larger
                     capacity *= 2
-                    old_spans, old_following = spans, following
-                    spans = np.empty((capacity, 3), np.int32)
-                    following = np.empty(capacity, np.int32)
-                    spans[:used] = old_spans
-                    following[:used] = old_following
-                free, used = _add_span(
-                    spans, following, head, x + z * width, bottom, top, walkable[face], climb, free, used
-                )
-    return head, following, spans
+                _add_span(spans, head, x + z * width, bottom, top, np.int64(walkable[face]), climb, ends)
+    return spans
 
 
-@njit(cache=True, nogil=True)
-def _columns(head, following, spans):
-    """CSR arrays from the lists."""
-    start = np.zeros(len(head) + 1, np.int32)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _columns(head, spans, start):
+    """CSR arrays from the lists; fills ``start``."""
     count = 0
     for column in range(len(head)):
         current = head[column]
         while current >= 0:
             count += 1
-            current = following[current]
+            current = spans[current, NEXT]
         start[column + 1] = count
     bottom = np.empty(count, np.int32)
     top = np.empty(count, np.int32)
@@ -247,15 +245,15 @@ def _columns(head, following, spans):
     for column in range(len(head)):
         current = head[column]
         while current >= 0:
-            bottom[count] = spans[current, 0]
-            top[count] = spans[current, 1]
-            walkable[count] = spans[current, 2]
+            bottom[count] = spans[current, BOTTOM]
+            top[count] = spans[current, TOP]
+            walkable[count] = spans[current, AREA]
             count += 1
-            current = following[current]
-    return start, bottom, top, walkable
+            current = spans[current, NEXT]
+    return bottom, top, walkable
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def filter_low_obstacles(start, top, walkable, climb):
     """Make a span's top walkable where the span right below it is and the step up is at most ``climb``; in place.
 
@@ -270,7 +268,7 @@ def filter_low_obstacles(start, top, walkable, climb):
             below_walkable = here
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def filter_ledges(width, depth, start, bottom, top, walkable, height, climb):
     """Refuse spans beside a drop higher than ``climb``, and spans on a slope steeper than it per cell; in place.
 
@@ -311,7 +309,7 @@ def filter_ledges(width, depth, start, bottom, top, walkable, height, climb):
                     walkable[i] = 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def filter_low_ceilings(start, bottom, top, walkable, height):
     """Refuse spans with less than ``height`` free cell heights above; in place."""
     for column in range(len(start) - 1):

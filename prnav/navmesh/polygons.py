@@ -15,52 +15,87 @@ from numpy.typing import NDArray
 from prnav.navmesh.contours import Contours
 
 MERGE_HEIGHT = 2  # corners above each other at most this far apart are one vertex [cell heights]
-EAR = 1  # a corner that may be cut off
+EAR, NO_EAR = 1, 0  # a corner that may be cut off
+UNKNOWN = -2  # not found out yet
 
 
 class GridPolygons(NamedTuple):
     """Convex polygons on the grid; unused places of the fixed-size rows are -1."""
 
-    vertices: NDArray[np.int32]  #: x, y, z [cells, cell heights, cells], (V, 3)
-    corners: NDArray[np.int32]  #: vertex per corner, (P, most corners)
-    neighbours: NDArray[np.int32]  #: polygon across the edge from corner k to the next, -1 = wall, (P, most corners)
-    region: NDArray[np.int32]  #: region of each polygon, (P,)
+    vertices: NDArray[np.int64]  #: x, y, z [cells, cell heights, cells], (V, 3)
+    corners: NDArray[np.int64]  #: vertex per corner, (P, most corners)
+    neighbours: NDArray[np.int64]  #: polygon across the edge from corner k to the next, -1 = wall, (P, most corners)
+    region: NDArray[np.int64]  #: region of each polygon, (P,)
 
 
 def convex_polygons(contours: Contours, num_regions: int, most_corners: int) -> GridPolygons:
     """Convex polygons of at most ``most_corners`` corners that fill the contours."""
-    start, corners, region = _join_holes(*contours, num_regions)
-    vertices, polygons, owner = _fill(start, corners, region, most_corners)
+    start, corners, region = _outlines(contours, num_regions)
+    num_triangles = np.zeros(len(region), np.int64)
+    triangles = np.empty((len(corners), 3), np.int64)
+    _cut_ears(corners, start, num_triangles, triangles)
+    vertices, vertex = _weld(corners)
+    contour = np.repeat(np.arange(len(region)), np.diff(start))
+    rows = np.flatnonzero(np.arange(len(corners)) < (start[:-1] + num_triangles)[contour])
+    rows = rows[_faces_up(vertices, vertex[triangles[rows]])]
+    num_triangles = np.bincount(contour[rows], minlength=len(region))
+    begin = (start[:-1] - np.cumsum(num_triangles) + num_triangles)[contour[rows]] + np.arange(len(rows))
+    polygons = np.full((len(corners), most_corners), -1, np.int64)
+    polygons[begin, :3] = vertex[triangles[rows]]
+    if most_corners > 3:
+        _merge_triangles(vertices, start, num_triangles, polygons, np.full(len(vertices), -1))
+    polygons, owner = _with_area(vertices, polygons, np.repeat(region, np.diff(start)))
     return GridPolygons(vertices, polygons, _neighbours(polygons, len(vertices)), owner)
 
 
-@njit(cache=True, nogil=True, inline="never")
+def _faces_up(vertices: NDArray[np.int64], triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether triangles have three different corners and are not turned over; slivers without area count as fine."""
+    a, b, c = vertices[triangles[:, 0]], vertices[triangles[:, 1]], vertices[triangles[:, 2]]
+    area = (b[:, 0] - a[:, 0]) * (c[:, 2] - a[:, 2]) - (c[:, 0] - a[:, 0]) * (b[:, 2] - a[:, 2])
+    p, q, r = triangles.T
+    return (area <= 0) & (p != q) & (q != r) & (r != p)
+
+
+def _outlines(contours: Contours, num_regions: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Contours with their holes joined in: offsets, corners and regions."""
+    start = contours.start.astype(np.int64)
+    corners = contours.corners.astype(np.int64)
+    region = contours.region.astype(np.int64)
+    x, _, z = corners.T
+    after = np.arange(1, len(corners) + 1)
+    after[start[1:] - 1] = start[:-1]
+    area = np.add.reduceat(z * x[after] - x * z[after], start[:-1]) if len(region) else np.zeros(0, np.int64)
+    hole = area <= -3  # a sliver's area rounds to none
+    outline = np.full(num_regions + 1, -1)
+    outline[region[~hole]] = np.flatnonzero(~hole)
+    # holes of a region from left to right, by their leftmost corner
+    order = np.lexsort((z, x, np.repeat(np.arange(len(region)), np.diff(start))))
+    leftmost = order[start[:-1]]
+    holes = np.flatnonzero(hole)
+    holes = holes[np.lexsort((holes, z[leftmost[holes]], x[leftmost[holes]], region[holes]))]
+    hole_start = np.searchsorted(region[holes], np.arange(num_regions + 2))
+    if len(holes) == 0:
+        return start, corners, region
+    return _join_holes(start, corners, region, outline, hole, leftmost, holes, hole_start)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _area2(points, a, b, c):
     """Twice the signed area of a triangle of points (rows of x, y, z)."""
-    abx = np.int64(points[b, 0]) - points[a, 0]
-    abz = np.int64(points[b, 2]) - points[a, 2]
-    acx = np.int64(points[c, 0]) - points[a, 0]
-    acz = np.int64(points[c, 2]) - points[a, 2]
-    return abx * acz - acx * abz
+    return (points[b, 0] - points[a, 0]) * (points[c, 2] - points[a, 2]) - (points[c, 0] - points[a, 0]) * (
+        points[b, 2] - points[a, 2]
+    )
 
 
-@njit(cache=True, nogil=True)
-def _same(points, a, b):
-    """Whether two points are at the same place in the ground plane."""
-    return points[a, 0] == points[b, 0] and points[a, 2] == points[b, 2]
-
-
-@njit(cache=True, nogil=True)
-def _between(points, a, b, c):
-    """Whether c lies on the segment from a to b."""
-    if _area2(points, a, b, c) != 0:
-        return False
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spans(points, a, b, c):
+    """Whether c, on the line through a and b, lies on the segment between them."""
     axis = 0 if points[a, 0] != points[b, 0] else 2
-    low = min(points[a, axis], points[b, axis])
-    return low <= points[c, axis] <= max(points[a, axis], points[b, axis])
+    u, v, w = points[a, axis], points[b, axis], points[c, axis]
+    return min(u, v) <= w <= max(u, v)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _cross(points, a, b, c, d, loose):
     """Whether the segments ab and cd cross; unless ``loose``, touching is crossing."""
     abc = _area2(points, a, b, c)
@@ -71,12 +106,16 @@ def _cross(points, a, b, c, d, loose):
         return (abc < 0) != (abd < 0) and (cda < 0) != (cdb < 0)
     if loose:
         return False
-    return (
-        _between(points, a, b, c) or _between(points, a, b, d) or _between(points, c, d, a) or _between(points, c, d, b)
-    )
+    for k in range(4):  # an end of one on the other
+        area = abc if k == 0 else (abd if k == 1 else (cda if k == 2 else cdb))
+        if area == 0 and _spans(
+            points, a if k < 2 else c, b if k < 2 else d, c if k == 0 else (d if k == 1 else (a if k == 2 else b))
+        ):
+            return True
+    return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _in_cone(points, before, here, after, target, loose):
     """Whether the segment from a corner to ``target`` starts inwards; unless ``loose``, along a side does not count."""
     to_before = _area2(points, here, target, before)
@@ -88,131 +127,65 @@ def _in_cone(points, before, here, after, target, loose):
     return not (_area2(points, here, target, after) <= 0 and _area2(points, target, here, before) <= 0)
 
 
-@njit(cache=True, nogil=True)
-def _is_diagonal(points, ring, count, i, j, loose):
-    """Whether the segment between ring positions i and j lies inside the polygon."""
-    a = ring[i]
-    b = ring[j]
-    if not _in_cone(points, ring[i - 1 if i > 0 else count - 1], a, ring[i + 1 if i + 1 < count else 0], b, loose):
-        return False
+@njit(cache=True, nogil=True, error_model="numpy")
+def _blocked(points, ring, count, i, j, a, b, loose):
+    """Whether the segment ab crosses a ring; sides at ring positions i and j, or that end at a or b, do not count."""
+    ax, az, bx, bz = points[a, 0], points[a, 2], points[b, 0], points[b, 2]
     for k in range(count):
         following = k + 1 if k + 1 < count else 0
         if k == i or following == i or k == j or following == j:
             continue
         c = ring[k]
         d = ring[following]
-        if _same(points, a, c) or _same(points, b, c) or _same(points, a, d) or _same(points, b, d):
-            continue
-        if _cross(points, a, b, c, d, loose):
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def _blocked(points, ring, count, skip, a, b):
-    """Whether the segment ab crosses a ring; edges at ring position ``skip`` do not count."""
-    for k in range(count):
-        following = k + 1 if k + 1 < count else 0
-        if k == skip or following == skip:
-            continue
-        c = ring[k]
-        d = ring[following]
-        if _same(points, a, c) or _same(points, b, c) or _same(points, a, d) or _same(points, b, d):
-            continue
-        if _cross(points, a, b, c, d, False):
+        cx, cz, dx, dz = points[c, 0], points[c, 2], points[d, 0], points[d, 2]
+        touches = (
+            (cx == ax and cz == az) or (cx == bx and cz == bz) or (dx == ax and dz == az) or (dx == bx and dz == bz)
+        )
+        if not touches and _cross(points, a, b, c, d, loose):
             return True
     return False
 
 
-@njit(cache=True, nogil=True)
-def _join_holes(start, corners, region, num_regions):
-    """Bridge each region's holes into its outline; contours CSR without holes, as :class:`Contours`.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_holes(start, corners, region, outline, hole, leftmost, holes, hole_start):
+    """Bridge each region's holes into its outline; contours CSR without holes.
 
     Holes are taken from left to right; a bridge goes from a hole's corner to the nearest outline corner that it reaches
     without crossing anything. A hole that no bridge reaches is left out, as in Recast.
     """
-    num = len(region)
-    outline = np.full(num_regions + 1, -1, np.int32)
-    hole = np.zeros(num, np.bool_)
-    leftmost = np.zeros(num, np.int32)
-    for c in range(num):
-        first = start[c]
-        last = start[c + 1]
-        area = np.int64(0)
-        before = last - 1
-        leftmost[c] = first
-        for k in range(first, last):
-            area += np.int64(corners[k, 0]) * corners[before, 2] - np.int64(corners[before, 0]) * corners[k, 2]
-            before = k
-            best = leftmost[c]
-            if corners[k, 0] < corners[best, 0] or (
-                corners[k, 0] == corners[best, 0] and corners[k, 2] < corners[best, 2]
-            ):
-                leftmost[c] = k
-        if area <= -3:  # a sliver's area rounds to none
-            hole[c] = True
-        else:
-            outline[region[c]] = c
-    # holes of one region, in a list sorted from left to right
-    next_hole = np.full(num, -1, np.int32)
-    first_hole = np.full(num_regions + 1, -1, np.int32)
-    for c in range(num):
-        if not hole[c]:
-            continue
-        x = corners[leftmost[c], 0]
-        z = corners[leftmost[c], 2]
-        before = -1
-        here = first_hole[region[c]]
-        while here >= 0:
-            at = leftmost[here]
-            if corners[at, 0] > x or (corners[at, 0] == x and corners[at, 2] > z):
-                break
-            before = here
-            here = next_hole[here]
-        next_hole[c] = here
-        if before >= 0:
-            next_hole[before] = c
-        else:
-            first_hole[region[c]] = c
-
-    total = len(corners) + 2 * num
-    joined = np.empty((total, 3), np.int32)
-    joined_start = np.zeros(num + 1, np.int32)
-    joined_region = np.empty(num, np.int32)
+    total = len(corners) + 2 * len(region)
+    joined = np.empty((total, 3), np.int64)
+    joined_start = np.zeros(len(region) + 1, np.int64)
+    joined_region = np.empty(len(region), np.int64)
     num_joined = 0
     used = 0
-    ring = np.empty(total, np.int32)  # rows of corners
-    spare = np.empty(total, np.int32)
-    other = np.empty(len(corners), np.int32)
+    ring = np.empty(total, np.int64)  # rows of corners
+    spare = np.empty(total, np.int64)
+    probe = np.empty(total, np.int64)
     distance = np.empty(total, np.int64)
-    for c in range(num):
+    strict = total < 0  # False, as a variable: numba compiles a constant anew
+    for c in range(len(region)):
         if hole[c]:
             continue
         count = start[c + 1] - start[c]
         for k in range(count):
             ring[k] = start[c] + k
-        h = first_hole[region[c]] if outline[region[c]] == c else -1
-        while h >= 0:
-            size = start[h + 1] - start[h]
-            corner = leftmost[h] - start[h]
+        first_hole = hole_start[region[c]]
+        last_hole = hole_start[region[c] + 1] if outline[region[c]] == c else first_hole
+        for h in range(first_hole, last_hole):
+            begin = start[holes[h]]
+            size = start[holes[h] + 1] - begin
+            corner = leftmost[holes[h]] - begin
             bridge = -1
             for _ in range(size):
-                point = start[h] + corner
+                point = begin + corner
                 for k in range(count):
-                    here = ring[k]
-                    if _in_cone(
-                        corners,
-                        ring[k - 1 if k > 0 else count - 1],
-                        here,
-                        ring[k + 1 if k + 1 < count else 0],
-                        point,
-                        False,
-                    ):
-                        dx = np.int64(corners[here, 0]) - corners[point, 0]
-                        dz = np.int64(corners[here, 2]) - corners[point, 2]
-                        distance[k] = dx * dx + dz * dz
-                    else:
-                        distance[k] = -1
+                    before = ring[k - 1 if k > 0 else count - 1]
+                    after = ring[k + 1 if k + 1 < count else 0]
+                    dx = corners[ring[k], 0] - corners[point, 0]
+                    dz = corners[ring[k], 2] - corners[point, 2]
+                    inwards = _in_cone(corners, before, ring[k], after, point, strict)
+                    distance[k] = dx * dx + dz * dz if inwards else -1
                 while bridge < 0:  # nearest first
                     nearest = -1
                     for k in range(count):
@@ -221,16 +194,20 @@ def _join_holes(start, corners, region, num_regions):
                     if nearest < 0:
                         break
                     distance[nearest] = -1
-                    if _blocked(corners, ring, count, nearest, ring[nearest], point):
-                        continue
                     clear = True
-                    remaining = h
-                    while remaining >= 0 and clear:
-                        remaining_size = start[remaining + 1] - start[remaining]
-                        for k in range(remaining_size):
-                            other[k] = start[remaining] + k
-                        clear = not _blocked(corners, other, remaining_size, -1, ring[nearest], point)
-                        remaining = next_hole[remaining]
+                    for other in range(h - 1, last_hole):  # the outline, then this and the later holes
+                        num_probe = count
+                        skip = nearest
+                        for k in range(count):
+                            probe[k] = ring[k]
+                        if other >= h:
+                            num_probe = start[holes[other] + 1] - start[holes[other]]
+                            skip = -1
+                            for k in range(num_probe):
+                                probe[k] = start[holes[other]] + k
+                        if _blocked(corners, probe, num_probe, skip, skip, ring[nearest], point, strict):
+                            clear = False
+                            break
                     if clear:
                         bridge = nearest
                 if bridge >= 0:
@@ -240,12 +217,12 @@ def _join_holes(start, corners, region, num_regions):
                 for k in range(count + 1):
                     spare[k] = ring[(bridge + k) % count]
                 for k in range(size + 1):
-                    spare[count + 1 + k] = start[h] + (corner + k) % size
+                    spare[count + 1 + k] = begin + (corner + k) % size
                 ring, spare = spare, ring
                 count += size + 2
-            h = next_hole[h]
         for k in range(count):
-            joined[used + k] = corners[ring[k]]
+            for axis in range(3):
+                joined[used + k, axis] = corners[ring[k], axis]
         used += count
         joined_region[num_joined] = region[c]
         num_joined += 1
@@ -253,67 +230,120 @@ def _join_holes(start, corners, region, num_regions):
     return joined_start[: num_joined + 1].copy(), joined[:used].copy(), joined_region[:num_joined].copy()
 
 
-@njit(cache=True, nogil=True)
-def _cut_ears(points, ring, flags, count, triangles):
-    """Triangulate a ring of points; the shortest diagonal goes first. Returns the number of triangles.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cut_ears(points, start, num_triangles, triangles):
+    """Triangulate contours; the shortest diagonal goes first. The triangles of contour c are rows from ``start[c]`` on.
 
-    ``ring`` and ``flags`` are used up. Where a contour overlaps itself, what cannot be cut is left out.
+    Where a contour overlaps itself, diagonals may touch sides, and what cannot be cut even so is left out.
     """
-    num = 0
-    for i in range(count):
-        middle = i + 1 if i + 1 < count else 0
-        after = middle + 1 if middle + 1 < count else 0
-        flags[middle] = EAR if _is_diagonal(points, ring, count, i, after, False) else 0
-    while count > 3:
-        best = -1
-        shortest = np.int64(0)
-        for loose in range(2):
-            for i in range(count):
-                middle = i + 1 if i + 1 < count else 0
-                after = middle + 1 if middle + 1 < count else 0
-                if loose == 0:
-                    if flags[middle] != EAR:
+    longest = np.int64(0)
+    for c in range(len(num_triangles)):
+        longest = max(longest, start[c + 1] - start[c])
+    ring = np.empty(longest, np.int64)
+    ear = np.empty(longest, np.int64)
+    for c in range(len(num_triangles)):
+        count = start[c + 1] - start[c]
+        for k in range(count):
+            ring[k] = start[c] + k
+            ear[k] = UNKNOWN
+        num = start[c]
+        while count >= 3:
+            best = np.int64(0 if count == 3 else -1)
+            shortest = np.int64(0)
+            for attempt in range(2):
+                loose = attempt > 0
+                if best >= 0:
+                    break
+                for i in range(count):
+                    middle = i + 1 if i + 1 < count else 0
+                    after = middle + 1 if middle + 1 < count else 0
+                    fits = ear[middle] == EAR
+                    if loose or ear[middle] == UNKNOWN:
+                        before = ring[i - 1 if i > 0 else count - 1]
+                        fits = _in_cone(points, before, ring[i], ring[middle], ring[after], loose) and not _blocked(
+                            points, ring, count, i, after, ring[i], ring[after], loose
+                        )
+                    if not loose:
+                        ear[middle] = EAR if fits else NO_EAR
+                    if not fits:
                         continue
                     end = after
-                else:
-                    if not _is_diagonal(points, ring, count, i, after, True):
-                        continue
-                    end = after + 1 if after + 1 < count else 0
-                dx = np.int64(points[ring[end], 0]) - points[ring[i], 0]
-                dz = np.int64(points[ring[end], 2]) - points[ring[i], 2]
-                length = dx * dx + dz * dz
-                if best < 0 or length < shortest:
-                    shortest = length
-                    best = i
-            if best >= 0:
+                    if loose:
+                        end = after + 1 if after + 1 < count else 0
+                    dx = points[ring[end], 0] - points[ring[i], 0]
+                    dz = points[ring[end], 2] - points[ring[i], 2]
+                    length = dx * dx + dz * dz
+                    if best < 0 or length < shortest:
+                        shortest = length
+                        best = np.int64(i)
+            if best < 0:
                 break
-        if best < 0:
-            return num
-        i = best
-        middle = i + 1 if i + 1 < count else 0
-        after = middle + 1 if middle + 1 < count else 0
-        triangles[num, 0] = ring[i]
-        triangles[num, 1] = ring[middle]
-        triangles[num, 2] = ring[after]
-        num += 1
-        count -= 1
-        for k in range(middle, count):
-            ring[k] = ring[k + 1]
-            flags[k] = flags[k + 1]
-        if middle >= count:
-            middle = 0
-        i = middle - 1 if middle > 0 else count - 1
-        before = i - 1 if i > 0 else count - 1
-        after = middle + 1 if middle + 1 < count else 0
-        flags[i] = EAR if _is_diagonal(points, ring, count, before, middle, False) else 0
-        flags[middle] = EAR if _is_diagonal(points, ring, count, i, after, False) else 0
-    triangles[num, 0] = ring[0]
-    triangles[num, 1] = ring[1]
-    triangles[num, 2] = ring[2]
-    return num + 1
+            middle = best + 1 if best + 1 < count else 0
+            after = middle + 1 if middle + 1 < count else 0
+            triangles[num, 0] = ring[best]
+            triangles[num, 1] = ring[middle]
+            triangles[num, 2] = ring[after]
+            num += 1
+            if count == 3:
+                break
+            count -= 1
+            for k in range(middle, count):
+                ring[k] = ring[k + 1]
+                ear[k] = ear[k + 1]
+            if middle >= count:
+                middle = 0
+            ear[middle] = UNKNOWN
+            ear[middle - 1 if middle > 0 else count - 1] = UNKNOWN
+        num_triangles[c] = num - start[c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weld(corners):
+    """Vertices of corners at the same place and nearly the same height, (V, 3), and the vertex of each corner."""
+    total = len(corners)
+    size = 1
+    while size < 2 * total:
+        size *= 2
+    table = np.zeros(size, np.int64)  # 1 + the last vertex per slot
+    chain = np.empty(total, np.int64)
+    vertices = np.empty((total, 3), np.int64)
+    vertex = np.empty(total, np.int64)
+    num = 0
+    for k in range(total):
+        x = corners[k, 0]
+        y = corners[k, 1]
+        z = corners[k, 2]
+        slot = (x * 73856093 ^ z * 19349663) & (size - 1)
+        v = table[slot] - 1
+        while v >= 0 and (vertices[v, 0] != x or vertices[v, 2] != z or abs(vertices[v, 1] - y) > MERGE_HEIGHT):
+            v = chain[v]
+        if v < 0:
+            v = np.int64(num)
+            num += 1
+            vertices[v, 0] = x
+            vertices[v, 1] = y
+            vertices[v, 2] = z
+            chain[v] = table[slot] - 1
+            table[slot] = v + 1
+        vertex[k] = v
+    return vertices[:num].copy(), vertex
+
+
+def _with_area(
+    vertices: NDArray[np.int64], polygons: NDArray[np.int64], owner: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows in use whose area is above 0: slivers that no polygon took in are left out, as Habitat disables them."""
+    used = polygons[:, 0] >= 0
+    polygons, owner = polygons[used], owner[used]
+    x, z = vertices[polygons, 0], vertices[polygons, 2]
+    missing = polygons < 0
+    x[missing] = np.broadcast_to(x[:, :1], x.shape)[missing]
+    z[missing] = np.broadcast_to(z[:, :1], z.shape)[missing]
+    area = (z * np.roll(x, -1, axis=1) - x * np.roll(z, -1, axis=1)).sum(axis=1)
+    return polygons[area > 0], owner[area > 0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _num_corners(polygons, p):
     """Corners in use of a polygon's row."""
     count = polygons.shape[1]
@@ -322,13 +352,15 @@ def _num_corners(polygons, p):
     return count
 
 
-@njit(cache=True, nogil=True)
-def _shared_edge(polygons, p, q):
-    """Corner of p and of q at which their (last) common edge starts; -1, -1 if there is none."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _merge_gain(points, polygons, p, q, edge):
+    """Squared length of the common edge if the union of two polygons is convex and small enough, else -1.
+
+    Fills ``edge`` with the corners of p and of q at which the (last) common edge starts.
+    """
     num_p = _num_corners(polygons, p)
     num_q = _num_corners(polygons, q)
-    edge_p = -1
-    edge_q = -1
+    edge[0] = -1
     for i in range(num_p):
         a = polygons[p, i]
         b = polygons[p, (i + 1) % num_p]
@@ -336,225 +368,141 @@ def _shared_edge(polygons, p, q):
             c = polygons[q, j]
             d = polygons[q, (j + 1) % num_q]
             if (a == c and b == d) or (a == d and b == c):
-                edge_p = i
-                edge_q = j
+                edge[0] = i
+                edge[1] = j
                 break
-    return edge_p, edge_q
-
-
-@njit(cache=True, nogil=True)
-def _merge_gain(points, polygons, p, q):
-    """Squared length of the common edge if the union of two polygons is convex and small enough, else -1."""
-    num_p = _num_corners(polygons, p)
-    num_q = _num_corners(polygons, q)
-    if num_p + num_q - 2 > polygons.shape[1]:
+    if edge[0] < 0 or num_p + num_q - 2 > polygons.shape[1]:
         return np.int64(-1)
-    edge_p, edge_q = _shared_edge(polygons, p, q)
-    if edge_p < 0:
-        return np.int64(-1)
-    before = polygons[p, (edge_p + num_p - 1) % num_p]
-    if _area2(points, before, polygons[p, edge_p], polygons[q, (edge_q + 2) % num_q]) >= 0:
-        return np.int64(-1)
-    before = polygons[q, (edge_q + num_q - 1) % num_q]
-    if _area2(points, before, polygons[q, edge_q], polygons[p, (edge_p + 2) % num_p]) >= 0:
-        return np.int64(-1)
-    a = polygons[p, edge_p]
-    b = polygons[p, (edge_p + 1) % num_p]
-    dx = np.int64(points[a, 0]) - points[b, 0]
-    dz = np.int64(points[a, 2]) - points[b, 2]
+    for turn in range(2):
+        one, num_one, at_one = (p, num_p, edge[0]) if turn == 0 else (q, num_q, edge[1])
+        two, num_two, at_two = (q, num_q, edge[1]) if turn == 0 else (p, num_p, edge[0])
+        before = polygons[one, (at_one + num_one - 1) % num_one]
+        if _area2(points, before, polygons[one, at_one], polygons[two, (at_two + 2) % num_two]) >= 0:
+            return np.int64(-1)
+    a = polygons[p, edge[0]]
+    b = polygons[p, (edge[0] + 1) % num_p]
+    dx = points[a, 0] - points[b, 0]
+    dz = points[a, 2] - points[b, 2]
     return dx * dx + dz * dz
 
 
-@njit(cache=True, nogil=True)
-def _merge_triangles(points, polygons, first, last):
-    """Merge polygons ``first:last`` of one contour, longest common edge first, in place; the new ``last``.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _merge_triangles(points, start, num_triangles, polygons, head):
+    """Merge the triangles of each contour, longest common edge first, in place; unused rows become -1.
 
     Pairs that share an edge are listed once; a merge removes one pair and changes the values of those around it.
+    ``head`` holds -1 per vertex, before and after.
     """
     most = polygons.shape[1]
-    count = last - first
-    edges = np.empty((3 * count, 3), np.int64)  # lower vertex, higher vertex, polygon
-    for p in range(count):
-        for k in range(3):
-            a = polygons[first + p, k]
-            b = polygons[first + p, (k + 1) % 3]
-            edges[3 * p + k, 0] = np.int64(min(a, b)) << 32 | max(a, b)
-            edges[3 * p + k, 1] = p
-    order = np.argsort(edges[:, 0])
-    num = 0
-    for k in range(len(order)):
-        m = k + 1
-        while m < len(order) and edges[order[m], 0] == edges[order[k], 0]:
-            num += 1
-            m += 1
-    pairs = np.empty((num, 2), np.int32)
-    gain = np.empty(num, np.int64)
-    num = 0
-    for k in range(len(order)):
-        m = k + 1
-        while m < len(order) and edges[order[m], 0] == edges[order[k], 0]:
-            p = first + edges[order[k], 1]
-            q = first + edges[order[m], 1]
-            pairs[num, 0] = min(p, q)
-            pairs[num, 1] = max(p, q)
-            gain[num] = _merge_gain(points, polygons, pairs[num, 0], pairs[num, 1]) if p != q else -1
-            num += 1
-            m += 1
-    merged = np.empty(2 * most, np.int32)
-    while True:
-        best = -1
-        for k in range(num):
-            if gain[k] <= 0:
-                continue
-            if (
-                best < 0
-                or gain[k] > gain[best]
-                or (
-                    gain[k] == gain[best]
-                    and (
-                        pairs[k, 0] < pairs[best, 0] or (pairs[k, 0] == pairs[best, 0] and pairs[k, 1] < pairs[best, 1])
-                    )
-                )
-            ):
-                best = k
-        if best < 0:
-            return last
-        p = pairs[best, 0]
-        q = pairs[best, 1]
-        edge_p, edge_q = _shared_edge(polygons, p, q)
-        num_p = _num_corners(polygons, p)
-        num_q = _num_corners(polygons, q)
-        size = 0
-        for k in range(num_p - 1):
-            merged[size] = polygons[p, (edge_p + 1 + k) % num_p]
-            size += 1
-        for k in range(num_q - 1):
-            merged[size] = polygons[q, (edge_q + 1 + k) % num_q]
-            size += 1
-        for k in range(most):
-            polygons[p, k] = merged[k] if k < size else -1
-        last -= 1
-        polygons[q] = polygons[last]
-        kept = 0
-        for k in range(num):  # q is now part of p, and the last polygon has taken its place
-            if k == best:
-                continue
-            a = pairs[k, 0]
-            b = pairs[k, 1]
-            a = p if a == q else (q if a == last else a)
-            b = p if b == q else (q if b == last else b)
-            if a == b:
-                continue
-            value = gain[k]
-            pairs[kept, 0] = min(a, b)
-            pairs[kept, 1] = max(a, b)
-            if a == p or b == p or a == q or b == q:
-                value = _merge_gain(points, polygons, pairs[kept, 0], pairs[kept, 1])
-            gain[kept] = value
-            kept += 1
-        num = kept
+    longest = np.int64(1)
+    for c in range(len(num_triangles)):
+        longest = max(longest, num_triangles[c])
+    chain = np.empty(3 * longest, np.int64)
+    pairs = np.empty((9 * longest, 2), np.int64)
+    gain = np.empty(9 * longest, np.int64)
+    merged = np.empty(2 * most, np.int64)
+    edge = np.zeros(2, np.int64)
+    for c in range(len(num_triangles)):
+        first = start[c]
+        last = first + num_triangles[c]
+        num = 0
+        for p in range(first, last):  # pairs of triangles with a common edge, by its lower vertex
+            for k in range(3):
+                a = polygons[p, k]
+                b = polygons[p, (k + 1) % 3]
+                low, high = min(a, b), max(a, b)
+                other = head[low]
+                while other >= 0:
+                    q = first + other // 3
+                    a = polygons[q, other % 3]
+                    b = polygons[q, (other % 3 + 1) % 3]
+                    if max(a, b) == high and q != p and num < len(pairs):
+                        pairs[num, 0] = q
+                        pairs[num, 1] = p
+                        gain[num] = UNKNOWN
+                        num += 1
+                    other = chain[other]
+                chain[3 * (p - first) + k] = head[low]
+                head[low] = 3 * (p - first) + k
+        for p in range(first, last):
+            for k in range(3):
+                head[polygons[p, k]] = -1
+        while True:
+            best = -1
+            for k in range(num):
+                if gain[k] == UNKNOWN:
+                    gain[k] = _merge_gain(points, polygons, pairs[k, 0], pairs[k, 1], edge)
+                if gain[k] <= 0 or (best >= 0 and gain[k] < gain[best]):
+                    continue
+                if (
+                    best < 0
+                    or gain[k] > gain[best]
+                    or pairs[k, 0] < pairs[best, 0]
+                    or (pairs[k, 0] == pairs[best, 0] and pairs[k, 1] < pairs[best, 1])
+                ):
+                    best = k
+            if best < 0:
+                break
+            p = pairs[best, 0]
+            q = pairs[best, 1]
+            edge[0] = -1
+            size = 0
+            _merge_gain(points, polygons, p, q, edge)
+            for turn in range(2):
+                here = p if turn == 0 else q
+                count = _num_corners(polygons, here)
+                for k in range(count - 1):
+                    merged[size] = polygons[here, (edge[turn] + 1 + k) % count]
+                    size += 1
+            last -= 1
+            for k in range(most):
+                polygons[p, k] = merged[k] if k < size else -1
+                polygons[q, k] = polygons[last, k]
+                polygons[last, k] = -1
+            kept = 0
+            for k in range(num):  # q is now part of p, and the last polygon has taken its place
+                a = pairs[k, 0]
+                b = pairs[k, 1]
+                touched = a == p or b == p or a == q or b == q
+                a = p if a == q else (q if a == last else a)
+                b = p if b == q else (q if b == last else b)
+                if a != b:
+                    pairs[kept, 0] = min(a, b)
+                    pairs[kept, 1] = max(a, b)
+                    gain[kept] = UNKNOWN if touched else gain[k]
+                    kept += 1
+            num = kept
 
 
-@njit(cache=True, nogil=True)
-def _fill(start, corners, region, most_corners):
-    """Triangulate every contour and merge its triangles; vertices, polygons and their regions."""
-    total = len(corners)
-    bits = 1
-    while (1 << bits) < 2 * total:
-        bits += 1
-    table = np.full(1 << bits, -1, np.int32)
-    chain = np.empty(total, np.int32)
-    vertices = np.empty((total, 3), np.int32)
-    index = np.empty(total, np.int32)
-    num_vertices = 0
-    polygons = np.full((total, most_corners), -1, np.int32)
-    owner = np.empty(total, np.int32)
-    num = 0
-    longest = 3
-    for c in range(len(region)):
-        longest = max(longest, start[c + 1] - start[c])
-    ring = np.empty(longest, np.int32)
-    flags = np.empty(longest, np.uint8)
-    triangles = np.empty((longest, 3), np.int32)
-    for c in range(len(region)):
-        count = start[c + 1] - start[c]
-        for k in range(count):
-            ring[k] = start[c] + k
-        num_triangles = _cut_ears(corners, ring, flags, count, triangles)
-        for k in range(start[c], start[c + 1]):
-            x = corners[k, 0]
-            y = corners[k, 1]
-            z = corners[k, 2]
-            slot = (x * 73856093 ^ z * 19349663) & ((1 << bits) - 1)
-            v = table[slot]
-            while v >= 0 and (vertices[v, 0] != x or vertices[v, 2] != z or abs(vertices[v, 1] - y) > MERGE_HEIGHT):
-                v = chain[v]
-            if v < 0:
-                v = num_vertices
-                num_vertices += 1
-                vertices[v, 0] = x
-                vertices[v, 1] = y
-                vertices[v, 2] = z
-                chain[v] = table[slot]
-                table[slot] = v
-            index[k] = v
-        first = num
-        for t in range(num_triangles):
-            a = index[triangles[t, 0]]
-            b = index[triangles[t, 1]]
-            d = index[triangles[t, 2]]
-            if a != b and a != d and b != d and _area2(vertices, a, b, d) <= 0:
-                polygons[num, 0] = a
-                polygons[num, 1] = b
-                polygons[num, 2] = d
-                num += 1
-        if most_corners > 3 and num > first + 1:
-            last = _merge_triangles(vertices, polygons, first, num)
-            polygons[last:num] = -1
-            num = last
-        kept = first  # slivers without area that no polygon took in are left out
-        for p in range(first, num):
-            flat = True
-            for k in range(2, _num_corners(polygons, p)):
-                flat = flat and _area2(vertices, polygons[p, 0], polygons[p, k - 1], polygons[p, k]) == 0
-            if not flat:
-                if kept != p:
-                    polygons[kept] = polygons[p]
-                owner[kept] = region[c]
-                kept += 1
-        polygons[kept:num] = -1
-        num = kept
-    return vertices[:num_vertices].copy(), polygons[:num].copy(), owner[:num].copy()
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _neighbours(polygons, num_vertices):
     """Polygon across each edge: the one that has the edge in the other direction."""
-    neighbours = np.full(polygons.shape, -1, np.int32)
-    head = np.full(num_vertices, -1, np.int64)
-    chain = np.full(polygons.size, -1, np.int64)
     most = polygons.shape[1]
-    for p in range(len(polygons)):
-        count = _num_corners(polygons, p)
-        for k in range(count):
-            if polygons[p, k] < polygons[p, (k + 1) % count]:
-                edge = p * most + k
-                chain[edge] = head[polygons[p, k]]
-                head[polygons[p, k]] = edge
-    for p in range(len(polygons)):
-        count = _num_corners(polygons, p)
-        for k in range(count):
-            a = polygons[p, k]
-            b = polygons[p, (k + 1) % count]
-            if a < b:
-                continue
-            edge = head[b]
-            while edge >= 0:
-                q = edge // most
-                m = edge % most
-                if polygons[q, (m + 1) % _num_corners(polygons, q)] == a and neighbours[q, m] < 0 and q != p:
-                    neighbours[q, m] = p
-                    neighbours[p, k] = q
-                    break
-                edge = chain[edge]
+    neighbours = np.empty(polygons.shape, np.int64)
+    head = np.zeros(num_vertices, np.int64)  # 1 + the last edge that starts at the vertex
+    chain = np.empty(polygons.size, np.int64)
+    for turn in range(2):
+        for p in range(len(polygons)):
+            count = _num_corners(polygons, p)
+            for k in range(most):
+                if turn == 0:
+                    neighbours[p, k] = -1
+                if k >= count:
+                    continue
+                a = polygons[p, k]
+                b = polygons[p, (k + 1) % count]
+                if turn == 0 and a < b:
+                    chain[p * most + k] = head[a] - 1
+                    head[a] = 1 + p * most + k
+                elif turn == 1 and a > b:
+                    edge = head[b] - 1
+                    while edge >= 0:
+                        q = edge // most
+                        m = edge % most
+                        following = m + 1 if m + 1 < most and polygons[q, m + 1 if m + 1 < most else m] >= 0 else 0
+                        if polygons[q, following] == a and neighbours[q, m] < 0 and q != p:
+                            neighbours[q, m] = p
+                            neighbours[p, k] = q
+                            break
+                        edge = chain[edge]
     return neighbours

@@ -58,7 +58,8 @@ class PolyMesh:
         following = np.arange(1, corners + 1)
         following[self.polygon_start[1:] - 1] = self.polygon_start[:-1]
         cross = z * x[following] - x * z[following]
-        return 0.5 * np.bincount(self.polygon_of_corner(), weights=cross, minlength=self.num_polygons)
+        areas = 0.5 * np.bincount(self.polygon_of_corner(), weights=cross, minlength=self.num_polygons)
+        return areas.astype(np.float64)
 
     def polygon_of_corner(self) -> NDArray[np.int32]:
         """Polygon that each entry of polygon_vertices belongs to, (C,)."""

@@ -30,18 +30,49 @@ def watershed_regions(
         merge_area: Regions smaller than this are merged into a neighbour where possible [cells].
     """
     region, count = _flood(field.connected, field.area, distance, largest)
-    above = np.unique(_stacked_pairs(field.start, region, count + 1))
-    floors = np.stack([above // (count + 1), above % (count + 1)], axis=1).astype(np.int32)
-    floor_start = np.searchsorted(floors[:, 0], np.arange(count + 2)).astype(np.int32)
-    stacked = np.zeros(count + 1, np.bool_)
-    stacked[floors[floors[:, 0] == floors[:, 1], 0]] = True
-    final, count = _merge(
-        field.connected, field.area, region, count, floor_start, floors[:, 1].copy(), stacked, min_area, merge_area
-    )
-    return final[region], count
+    ids = count + 1
+    above, below = _stacked(field, region, ids)
+    stacked = np.zeros(ids, np.bool_)
+    stacked[above[above == below]] = True
+    size = np.zeros(ids, np.int64)
+    first = np.zeros(2 * ids, np.int64)
+    length = np.zeros(2 * ids, np.int64)
+    pool = np.zeros(8 * ids + 1024, np.int64)
+    while (used := _outlines(field.connected, region, size, pool, first, length)) > len(pool):
+        pool = np.zeros(2 * used, np.int64)
+        size[:] = 0
+        length[:] = 0
+    _drop_small(min_area, size, pool, first, length, np.empty(ids, np.int64))
+    alive = size > 0
+    first[ids:] = used + np.searchsorted(above, np.arange(ids))
+    length[ids:] = np.bincount(above, minlength=ids)
+    pool = np.concatenate([pool[:used], below, np.zeros(8 * ids + 1024, np.int64)])
+    used += len(below)
+    alias = np.arange(ids)
+    while True:
+        done, used = _merge(merge_area, stacked, alive, size, alias, pool, used, first, length)
+        if done:
+            break
+        pool = np.concatenate([pool, np.zeros(len(pool), np.int64)])
+    while (alias != alias[alias]).any():
+        alias = alias[alias]
+    kept = alive[alias]
+    final = np.zeros(ids, np.int32)
+    _, first_seen, number = np.unique(alias[kept], return_index=True, return_inverse=True)
+    final[kept] = 1 + np.argsort(np.argsort(first_seen))[number]  # numbered in the order of their first part
+    return final[region], len(first_seen)
 
 
-@njit(cache=True, nogil=True)
+def _stacked(field: CompactField, region: NDArray[np.int32], ids: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of regions that share a column, each in both orders, sorted; a region over itself is a pair too."""
+    keys = np.empty(1 << 16, np.int64)
+    while (count := _stacked_pairs(field.start, region, ids, np.full(1 << 16, -1), keys)) > len(keys):
+        keys = np.empty(count, np.int64)
+    pairs = np.unique(keys[:count])
+    return pairs // ids, pairs % ids
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _flood(connected, area, distance, largest):
     """Watershed: from the innermost cells outwards, regions grow and new ones start where none reaches."""
     count = len(area)
@@ -67,7 +98,8 @@ def _flood(connected, area, distance, largest):
             step = (step + 1) % STACK_LEVELS
             if step == 0:  # sort the cells without a region by level, for this and the next levels
                 num_work = 0
-                offset[:] = 0
+                for slot in range(STACK_LEVELS + 1):
+                    offset[slot] = 0
                 for i in range(count):
                     if area[i] != 0 and region[i] == 0:
                         slot = max(level // 2 - distance[i] // 2, 0)
@@ -172,11 +204,13 @@ def _flood(connected, area, distance, largest):
                 num_regions = r
 
 
-@njit(cache=True, nogil=True)
-def _stacked_pairs(start, region, num_ids):
-    """Keys ``a * num_ids + b`` of regions that share a column, with repeats."""
-    recent = np.full(1 << 16, -1, np.int64)  # spares most of the repeats
-    keys = np.empty(1024, np.int64)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stacked_pairs(start, region, num_ids, recent, keys):
+    """Keys ``a * num_ids + b`` of regions that share a column, some repeated; fills ``keys`` while there is room.
+
+    ``recent`` (a power of two of entries) spares most of the repeats. Returns the number of keys.
+    """
+    mask = len(recent) - 1
     count = 0
     for column in range(len(start) - 1):
         for i in range(start[column], start[column + 1]):
@@ -184,30 +218,16 @@ def _stacked_pairs(start, region, num_ids):
                 if i == j or region[i] == 0 or region[j] == 0:
                     continue
                 key = np.int64(region[i]) * num_ids + region[j]
-                slot = (key * 0x9E3779B1 >> 8) & 0xFFFF
-                if recent[slot] == key:
-                    continue
-                recent[slot] = key
-                if count == len(keys):
-                    old = keys
-                    keys = np.empty(2 * count, np.int64)
-                    keys[:count] = old
-                keys[count] = key
-                count += 1
-    return keys[:count]
+                slot = (key * 0x9E3779B1 >> 8) & mask
+                if recent[slot] != key:
+                    recent[slot] = key
+                    if count < len(keys):
+                        keys[count] = key
+                    count += 1
+    return count
 
 
-@njit(cache=True, nogil=True)
-def _reserve(pool, needed):
-    """The pool, or a larger copy of it that holds ``needed`` entries."""
-    if needed <= len(pool):
-        return pool
-    larger = np.empty(2 * needed, np.int32)
-    larger[: len(pool)] = pool
-    return larger
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _find(alias, r):
     """The region that r has been merged into."""
     while alias[r] != r:
@@ -216,101 +236,75 @@ def _find(alias, r):
     return r
 
 
-@njit(cache=True, nogil=True)
-def _tidy(alias, pool, first, size, cyclic):
-    """Name regions by what they were merged into and drop repeats of neighbours in the list; its new size."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _tidy(alias, pool, first, size, which):
+    """Name the regions of a list by what they were merged into; drop neighbours that repeat in a list of neighbours."""
+    cyclic = which < len(alias)
+    begin = first[which]
     kept = 0
-    for k in range(first, first + size):
+    for k in range(begin, begin + size[which]):
         r = _find(alias, pool[k])
-        if kept == 0 or not cyclic or pool[first + kept - 1] != r:
-            pool[first + kept] = r
+        if not cyclic or kept == 0 or pool[begin + kept - 1] != r:
+            pool[begin + kept] = r
             kept += 1
-    if cyclic and kept > 1 and pool[first + kept - 1] == pool[first]:
+    if cyclic and kept > 1 and pool[begin + kept - 1] == pool[begin]:
         kept -= 1
-    return kept
+    size[which] = kept
 
 
-@njit(cache=True, nogil=True)
-def _can_merge(a, b, pool, link_first, link_size, floors, floor_first, floor_size):
-    """Whether a borders b only once, and never lies above or below it."""
-    shared = 0
-    for k in range(link_first[a], link_first[a] + link_size[a]):
-        shared += pool[k] == b
-    if shared > 1:
-        return False
-    for k in range(floor_first[a], floor_first[a] + floor_size[a]):
-        if floors[k] == b:
-            return False
-    return True
+@njit(cache=True, nogil=True, error_model="numpy")
+def _outlines(connected, region, size, pool, first, length):
+    """Size of each region, and the regions that are met around the outline of each, in order.
 
-
-@njit(cache=True, nogil=True)
-def _around(connected, region, cell, direction, pool, used):
-    """Append the regions met along the outline from a cell's border side on; returns the pool and its size."""
-    first = used
-    i = cell
-    side = direction
-    met = -1
-    for _ in range(4 * len(region) + 4):
-        j = connected[i, side]
-        beyond = region[j] if j >= 0 else 0
-        if beyond != region[i]:
-            if beyond != met:
-                met = beyond
-                pool = _reserve(pool, used + 1)
-                pool[used] = met
-                used += 1
-            side = (side + 1) % 4
-        else:
-            i = j
-            side = (side + 3) % 4
-        if i == cell and side == direction:
-            break
-    if used - first > 1 and pool[used - 1] == pool[first]:
-        used -= 1
-    return pool, used
-
-
-@njit(cache=True, nogil=True)
-def _merge(connected, area, region, count, floor_start, floor_regions, stacked, min_area, merge_area):
-    """New number of each region (0 = dropped), and how many there are.
-
-    Lists of neighbours (in the order met around the outline) live in one pool; a merged region is renamed by an alias
-    that is looked up when a list is next read.
+    The outline is that of the region's first border cell. Fills ``size``, ``pool`` (while there is room), and where a
+    region's list begins and its length; returns the room needed.
     """
-    ids = count + 1
-    size = np.zeros(ids, np.int64)
-    link_first = np.zeros(ids, np.int64)
-    link_size = np.zeros(ids, np.int64)
-    floor_first = np.empty(ids, np.int64)
-    floor_size = np.empty(ids, np.int64)
-    for r in range(ids):
-        floor_first[r] = floor_start[r]
-        floor_size[r] = floor_start[r + 1] - floor_start[r]
-    floors = floor_regions
-    num_floors = len(floors)
-    pool = np.empty(1024, np.int32)
     used = 0
-    for i in range(len(region)):
-        r = region[i]
+    for cell in range(len(region)):
+        r = region[cell]
         if r == 0:
             continue
         size[r] += 1
-        if link_size[r] > 0:
+        if length[r] > 0:
             continue
+        border = -1
         for direction in range(4):
-            j = connected[i, direction]
-            if (region[j] if j >= 0 else 0) != r:
-                link_first[r] = used
-                pool, used = _around(connected, region, i, direction, pool, used)
-                link_size[r] = used - link_first[r]
+            j = connected[cell, direction]
+            if border < 0 and (region[j] if j >= 0 else 0) != r:
+                border = direction
+        if border < 0:
+            continue
+        begin = used
+        i = np.int64(cell)
+        side = border
+        met = -1
+        while True:
+            j = np.int64(connected[i, side])
+            beyond = region[j] if j >= 0 else 0
+            if beyond != r:
+                if beyond != met:
+                    met = beyond
+                    if used < len(pool):
+                        pool[used] = met
+                    used += 1
+                side = (side + 1) % 4
+            else:
+                i = j
+                side = (side + 3) % 4
+            if i == cell and side == border:
                 break
+        if used - begin > 1 and used <= len(pool) and pool[used - 1] == pool[begin]:
+            used -= 1
+        first[r] = begin
+        length[r] = used - begin
+    return used
 
-    alive = np.ones(ids, np.bool_)
-    alive[0] = False
-    seen = np.zeros(ids, np.bool_)
-    group = np.empty(ids, np.int32)
-    for r in range(1, ids):  # drop groups of connected regions that are too small
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _drop_small(min_area, size, pool, first, length, group):
+    """Set the size of regions to 0 whose group of connected regions is smaller than ``min_area``."""
+    seen = np.zeros(len(size), np.bool_)
+    for r in range(1, len(size)):
         if seen[r] or size[r] == 0:
             continue
         seen[r] = True
@@ -322,7 +316,7 @@ def _merge(connected, area, region, count, floor_start, floor_regions, stacked, 
             here = group[done]
             done += 1
             total += size[here]
-            for k in range(link_first[here], link_first[here] + link_size[here]):
+            for k in range(first[here], first[here] + length[here]):
                 other = pool[k]
                 if other != 0 and not seen[other]:
                     seen[other] = True
@@ -330,86 +324,84 @@ def _merge(connected, area, region, count, floor_start, floor_regions, stacked, 
                     members += 1
         if total < min_area:
             for k in range(members):
-                alive[group[k]] = False
                 size[group[k]] = 0
 
-    alias = np.arange(ids).astype(np.int32)
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _merge(merge_area, stacked, alive, size, alias, pool, used, first, length):
+    """Merge small regions, and those enclosed by others, into their smallest neighbour; in place.
+
+    List r of the pool holds the neighbours of region r, list R + r the regions above or below it (R = number of
+    regions and 0). A region that was merged stays in other lists until they are tidied. Returns False where the pool
+    has run out of room: call again with a larger one.
+    """
+    ids = len(size)
     merging = True
     while merging:
         merging = False
         for r in range(1, ids):
-            if not alive[r] or alias[r] != r or stacked[r] or size[r] == 0:
+            if not alive[r] or alias[r] != r or stacked[r]:
                 continue
-            link_size[r] = _tidy(alias, pool, link_first[r], link_size[r], True)
-            floor_size[r] = _tidy(alias, floors, floor_first[r], floor_size[r], False)
+            _tidy(alias, pool, first, length, r)
             outside = False
-            for k in range(link_first[r], link_first[r] + link_size[r]):
+            for k in range(first[r], first[r] + length[r]):
                 outside = outside or pool[k] == 0
             if size[r] > merge_area and outside:
                 continue
-            target = r
+            target = np.int64(r)
+            at_r = 0
+            at_target = 0
             smallest = NO_DISTANCE
-            for k in range(link_first[r], link_first[r] + link_size[r]):
-                other = pool[k]
+            for k in range(first[r], first[r] + length[r]):
+                other = np.int64(pool[k])
                 if other == r or not alive[other] or stacked[other] or size[other] >= smallest:
                     continue
-                link_size[other] = _tidy(alias, pool, link_first[other], link_size[other], True)
-                floor_size[other] = _tidy(alias, floors, floor_first[other], floor_size[other], False)
-                if _can_merge(r, other, pool, link_first, link_size, floors, floor_first, floor_size) and _can_merge(
-                    other, r, pool, link_first, link_size, floors, floor_first, floor_size
-                ):
+                met_here = 0  # how often the two outlines meet: merging is safe only where it is once
+                met_there = 0
+                position = -1
+                for m in range(first[r], first[r] + length[r]):
+                    met_here += pool[m] == other
+                for which in (other, ids + other):
+                    _tidy(alias, pool, first, length, which)
+                    for m in range(first[which], first[which] + length[which]):
+                        if pool[m] == r:
+                            met_there += 1 if which < ids else 2
+                            if which < ids:
+                                position = m - first[which]
+                if met_here <= 1 and met_there <= 1:
                     smallest = size[other]
                     target = other
-            if target == r:
+                    at_r = k - first[r]
+                    at_target = position
+            if target == r or at_target < 0:
                 continue
-            at_target = -1
-            at_r = -1
-            for k in range(link_size[target]):
-                if at_target < 0 and pool[link_first[target] + k] == r:
-                    at_target = k
-            for k in range(link_size[r]):
-                if at_r < 0 and pool[link_first[r] + k] == target:
-                    at_r = k
-            if at_target < 0 or at_r < 0:
-                continue
-            first = used
-            pool = _reserve(pool, used + link_size[target] + link_size[r])
-            for k in range(1, link_size[target]):  # both outlines, opened where they meet
-                pool[used] = pool[link_first[target] + (at_target + k) % link_size[target]]
+            if used + length[r] + length[target] + length[ids + r] + length[ids + target] > len(pool):
+                return False, used
+            begin = used
+            for k in range(1, length[target]):  # both outlines, opened where they meet
+                pool[used] = pool[first[target] + (at_target + k) % length[target]]
                 used += 1
-            for k in range(1, link_size[r]):
-                pool[used] = pool[link_first[r] + (at_r + k) % link_size[r]]
+            for k in range(1, length[r]):
+                pool[used] = pool[first[r] + (at_r + k) % length[r]]
                 used += 1
+            first[target] = begin
+            length[target] = used - begin
+            begin = used
+            for which in (ids + target, ids + r):
+                for k in range(first[which], first[which] + length[which]):
+                    known = False
+                    for m in range(begin, used):
+                        known = known or pool[m] == pool[k]
+                    if not known:
+                        pool[used] = pool[k]
+                        used += 1
+            first[ids + target] = begin
+            length[ids + target] = used - begin
             alias[r] = target
-            link_first[target] = first
-            link_size[target] = _tidy(alias, pool, first, used - first, True)
-            link_size[r] = 0
-            if floor_size[r] > 0:
-                floors = _reserve(floors, num_floors + floor_size[target] + floor_size[r])
-                first = num_floors
-                for owner in (target, r):
-                    for k in range(floor_first[owner], floor_first[owner] + floor_size[owner]):
-                        known = False
-                        for m in range(first, num_floors):
-                            known = known or floors[m] == floors[k]
-                        if not known:
-                            floors[num_floors] = floors[k]
-                            num_floors += 1
-                floor_first[target] = first
-                floor_size[target] = num_floors - first
-                floor_size[r] = 0
+            length[r] = 0
+            length[ids + r] = 0
             size[target] += size[r]
             size[r] = 0
+            _tidy(alias, pool, first, length, target)
             merging = True
-
-    final = np.zeros(ids, np.int32)
-    number = np.zeros(ids, np.int32)
-    count = 0
-    for r in range(1, ids):
-        root = _find(alias, r)
-        if alive[root]:
-            if number[root] == 0:
-                count += 1
-                number[root] = count
-            final[r] = number[root]
-    return final, count
+    return True, used

@@ -6,10 +6,15 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class NavMeshSettings:
-    """Settings of the builder, with Habitat-sim's names, meaning and defaults (``habitat_sim.NavMeshSettings``)."""
+    """Settings of the builder, with Habitat-sim's names, meaning and defaults (``habitat_sim.NavMeshSettings``).
+
+    Quotients are taken in float32, as Habitat does: 0.6 m are 3 cells of 0.2 m, not 2.9999999999999996.
+    """
 
     cell_size: float = 0.05  #: side of a grid cell in the ground plane [m]
     cell_height: float = 0.2  #: height of a grid cell [m]
@@ -38,9 +43,11 @@ class NavMeshSettings:
             value = getattr(self, field.name)
             if not isinstance(value, bool) and not math.isfinite(value):
                 raise ValueError(f"{field.name} is {value}; it must be finite")
+            if not isinstance(value, bool) and abs(value) > 1e9:
+                raise ValueError(f"{field.name} is {value}; it must be at most 1e9")
         for name in ("cell_size", "cell_height", "agent_height"):
-            if getattr(self, name) <= 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be above 0 metres")
+            if getattr(self, name) < 1e-4:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 0.0001 metres")
         for name in ("agent_radius", "agent_max_climb", "region_min_size", "region_merge_size"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
@@ -55,14 +62,14 @@ class NavMeshSettings:
     @property
     def walkable_height(self) -> int:
         """Free height needed above the floor [cell heights], rounded up."""
-        return math.ceil(self.agent_height / self.cell_height)
+        return math.ceil(np.float32(self.agent_height) / np.float32(self.cell_height))
 
     @property
     def walkable_climb(self) -> int:
         """Highest step [cell heights], rounded down."""
-        return math.floor(self.agent_max_climb / self.cell_height)
+        return math.floor(np.float32(self.agent_max_climb) / np.float32(self.cell_height))
 
     @property
     def walkable_radius(self) -> int:
         """Distance kept from walls [cells], rounded up."""
-        return math.ceil(self.agent_radius / self.cell_size)
+        return math.ceil(np.float32(self.agent_radius) / np.float32(self.cell_size))
