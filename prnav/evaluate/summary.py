@@ -60,9 +60,7 @@ def summarise(rows: Sequence[Mapping[str, Any]], resamples: int = RESAMPLES, see
     finite = np.isfinite(values)
     intervals = bootstrap_intervals(np.where(finite, values, 0.0), resamples=resamples, seed=seed)
     unbounded = Interval(np.inf, np.inf, np.inf)
-    return {
-        key: interval if ok else unbounded for key, interval, ok in zip(keys, intervals, finite.tolist(), strict=True)
-    }
+    return {key: intervals[i] if finite[:, i].all() else unbounded for i, key in enumerate(keys)}
 
 
 def format_interval(key: str, interval: Interval) -> tuple[str, str]:
