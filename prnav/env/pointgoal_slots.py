@@ -153,7 +153,7 @@ class PointGoalSlots:
         observations = {
             "design": self.theta[rows].astype(np.float32),
             "gps": gps(positions, starts, start_yaws),
-            "compass": compass(yaws, start_yaws),
+            "compass": compass(yaws, start_yaws)[:, None],
             "pointgoal": pointgoal(positions, yaws, self.table.goals[episodes]),
         }
         if self.renderer is not None:

@@ -40,5 +40,7 @@ def soft_spl(distance: ArrayLike, shortest: ArrayLike, taken: ArrayLike) -> Floa
         taken: p, length of the agent's path.
     """
     distance, shortest = np.asarray(distance, np.float64), np.asarray(shortest, np.float64)
-    left = np.divide(distance, shortest, out=np.zeros(np.broadcast(distance, shortest).shape), where=shortest > 0)
+    near = distance < shortest  # elsewhere there is no progress, and the quotient may overflow
+    left = np.divide(distance, shortest, out=np.ones(near.shape), where=near)
+    left = np.where((distance == 0.0) & (shortest == 0.0), 0.0, left)
     return np.clip(1.0 - left, 0.0, 1.0) * path_efficiency(shortest, taken)
