@@ -138,8 +138,8 @@ def _deviation(x, z, ax, az, bx, bz):
 def _choose(raw, following, max_error, max_edge_length):
     """Choose the corners to keep of one raw contour: fills the ring ``following`` and returns its first corner."""
     count = len(raw)
-    head = np.int64(-1)
-    tail = np.int64(-1)
+    head = -1
+    tail = -1
     portal = False
     for k in range(count):
         portal = portal or raw[k, 3] != 0
@@ -169,7 +169,7 @@ def _choose(raw, following, max_error, max_edge_length):
 
     a = head  # add the farthest corner of an edge until none is too far from it
     while True:
-        b = following[a]
+        b = int(following[a])
         ax, az, bx, bz = raw[a, 0], raw[a, 2], raw[b, 0], raw[b, 2]
         if bx > ax or (bx == ax and bz > az):  # the same order from both sides of a border
             step = 1
@@ -198,7 +198,7 @@ def _choose(raw, following, max_error, max_edge_length):
                 break
 
     while max_edge_length > 0:  # split long edges along walls
-        b = following[a]
+        b = int(following[a])
         middle = -1
         dx = raw[b, 0] - raw[a, 0]
         dz = raw[b, 2] - raw[a, 2]
@@ -231,7 +231,7 @@ def _simplify(raw_start, raw, max_error, max_edge_length, corners, start):
         first = used
         a = head
         while True:
-            b = following[a]
+            b = int(following[a])
             if rows[a, 0] != rows[b, 0] or rows[a, 2] != rows[b, 2]:  # at one place in the ground plane: one corner
                 for axis in range(3):
                     corners[used, axis] = rows[a, axis]

@@ -387,8 +387,9 @@ def _merge(merge_area, stacked, alive, size, alias, pool, used, first, length):
             first[target] = begin
             length[target] = used - begin
             begin = used
-            for which in (ids + target, ids + r):
-                for k in range(first[which], first[which] + length[which]):
+            for turn in range(2):
+                source = ids + target if turn == 0 else ids + r
+                for k in range(first[source], first[source] + length[source]):
                     known = False
                     for m in range(begin, used):
                         known = known or pool[m] == pool[k]
