@@ -1,25 +1,53 @@
-"""Scenes by name: built-in houses by their id, mesh files by their path, and the files that episodes refer to."""
+"""Scenes by name: built-in homes, mesh files, and the ids that episode files use."""
 
 from __future__ import annotations
 
-import dataclasses
+import hashlib
 import re
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from pathlib import Path, PurePosixPath
 
 from prnav.cache import cache_key, cached_arrays
+from prnav.config import to_mapping
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
-from prnav.scene.load import LOADER_VERSION, SUFFIXES, content_key, load_mesh_file
+from prnav.frames import to_y_up
+from prnav.scene.load import TEXTURE_SIZE, load_mesh
 from prnav.scene.mesh import SceneMesh
+from prnav.scene.source import read_source
+
+SCENE_VERSION = 1
+"""Version of the code from file to arrays: whatever changes the arrays of any file raises it, and caches are redone."""
 
 SPLITS = ("train", "val", "test")
-BUILT_IN = re.compile(r"prhouses/(train|val|test)/(\d\d)")
+
+_BUILT_IN = "prhouses/"
 _HABITAT_PREFIX = "data/scene_datasets/"
 
 
+def load_scene(source: str | Path, up: str = "y", texture_size: int = TEXTURE_SIZE) -> SceneMesh:
+    """A scene from a mesh file (.glb, .gltf, .obj, .ply) or a built-in id such as "prhouses/test/03".
+
+    The arrays are kept in the cache, under a hash of the bytes of the file and all the files it names.
+
+    Args:
+        source: path of a mesh file, or a built-in id.
+        up: up axis of the file, "y" (glTF's own) or "z" (Habitat's stage files). Built-in homes are y-up.
+        texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
+
+    Raises:
+        SceneError: no such scene, or a file that cannot be used.
+    """
+    to_y_up((0.0, 0.0, 0.0), up)
+    if isinstance(source, str) and source.startswith(_BUILT_IN):
+        return _load_built_in(source)
+    file = read_source(source)
+    key = cache_key(SCENE_VERSION, file.digest(), up, texture_size)
+    return _cached("scene", key, file.path.name, lambda: load_mesh(file, up, texture_size))
+
+
 def scene_ids(split: str) -> list[str]:
-    """Ids of the built-in houses of a split: 61 to train on, 8 to validate, 18 to test.
+    """Ids of the built-in homes of a split: "train", "val" or "test".
 
     Raises:
         SceneError: no such split.
@@ -27,70 +55,95 @@ def scene_ids(split: str) -> list[str]:
     from prnav.scene.houses import SPLIT_SIZES
 
     if split not in SPLITS:
-        raise SceneError(f"split {split!r} is not built in; valid: {', '.join(SPLITS)}")
-    return [f"prhouses/{split}/{index:02d}" for index in range(SPLIT_SIZES[split])]
+        raise SceneError(f"split {split!r} is not one of the built-in homes'; valid: {', '.join(SPLITS)}")
+    return [f"{_BUILT_IN}{split}/{index:02d}" for index in range(SPLIT_SIZES[split])]
 
 
-def load_scene(source: str | Path, up: str = "y", max_texture_size: int = 1024) -> SceneMesh:
-    """A built-in house (``"prhouses/test/03"``) or a mesh file (.glb, .gltf, .obj, .ply), kept in the cache.
+def resolve_scene(
+    scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = ()
+) -> str | Path:
+    """What to give to :func:`load_scene` for a scene id of an episode file.
 
-    Args:
-        source: id or path.
-        up: up axis of a file, "y" or "z"; Habitat's stage files are z-up. Built-in houses do not need it.
-        max_texture_size: longest side [texels] that textures of a file are reduced to.
-
-    Raises:
-        SceneError: no such house or file, or a file that is broken or holds what cannot be used.
-    """
-    if isinstance(source, str) and source.startswith("prhouses/"):
-        return _load_house(source)
-    path = Path(source)
-    key = cache_key(LOADER_VERSION, content_key(path), up, max_texture_size)
-    arrays = cached_arrays("scene", key, lambda: load_mesh_file(path, up, max_texture_size).to_arrays())
-    return SceneMesh.from_arrays(path.name, arrays)
-
-
-def resolve_scene(scene_id: str, data_root: Path | None = None, scene_files: Sequence[Path] = ()) -> str | Path:
-    """What :func:`load_scene` takes for the scene that an episode names.
-
-    Looked for among ``scene_files`` by name, then under ``data_root`` (with and without Habitat's prefix
-    ``data/scene_datasets/``), which it cannot leave.
+    Built-in ids stand for themselves. Of ``scene_files``, the one counts whose path ends with most of the id's parts,
+    its file name at least. Else the id is a path under ``data_root``, with Habitat's "data/scene_datasets/" in front
+    or not.
 
     Raises:
-        SceneError: the scene is in neither place, or its path leaves the data root.
+        SceneError: nothing fits, two files fit alike, or the id leaves the root.
     """
-    if scene_id.startswith("prhouses/"):
+    if scene_id.startswith(_BUILT_IN):
+        _split_and_index(scene_id)
         return scene_id
-    wanted = Path(scene_id)
-    for file in scene_files:
-        if file == wanted or file.name == wanted.name:
-            return file
+    parts = PurePosixPath(scene_id.replace("\\", "/")).parts
+    files = [Path(file) for file in scene_files]
+    ranked = [(_common_ending(file.absolute().parts, parts), file) for file in files]
+    best = max((count for count, _ in ranked), default=0)
+    if best > 0:
+        fitting = {file.absolute(): file for count, file in ranked if count == best}
+        if len(fitting) > 1:
+            listed = ", ".join(str(file) for file in fitting.values())
+            raise SceneError(
+                f"scene {scene_id!r} fits {len(fitting)} files alike ({listed}); give only one with --scene"
+            )
+        return _existing(next(iter(fitting.values())), scene_id)
+    looked = [f"{len(files)} files given with --scene"] if files else []
     if data_root is not None:
-        short = scene_id.removeprefix(_HABITAT_PREFIX)
-        for relative in dict.fromkeys((scene_id, short, f"scene_datasets/{short}")):
-            path = resolve_inside(data_root, relative, SceneError)
+        names = [scene_id]
+        if scene_id.startswith(_HABITAT_PREFIX):
+            names.append(scene_id.removeprefix(_HABITAT_PREFIX))
+        for name in names:
+            path = resolve_inside(data_root, name, SceneError)
             if path.is_file():
                 return path
-    looked = [f"the data root {data_root}"] if data_root is not None else []
-    looked += [f"the scene files {', '.join(str(file) for file in scene_files)}"] if scene_files else []
-    where = " or ".join(looked) if looked else "no folder was given"
+            looked.append(str(path))
+    where = ", ".join(looked) or "no --data-root and no --scene given"
     raise SceneError(
-        f"scene {scene_id!r} is not here (looked in: {where}); pass --data-root DIR, the folder that holds "
-        f"{scene_id}, or --scene FILE"
+        f"scene {scene_id!r} is not found (looked in: {where}); name the folder that holds it with --data-root DIR, "
+        f"or the mesh itself with --scene FILE"
     )
 
 
-def _load_house(scene_id: str) -> SceneMesh:
-    from prnav.scene.houses import SPLIT_SIZES, VERSION, HouseConfig, generate_house, split_seed
+def _load_built_in(scene_id: str) -> SceneMesh:
+    from prnav.scene.houses import VERSION, HouseConfig, generate_house, split_seed
 
-    match = BUILT_IN.fullmatch(scene_id)
+    seed = split_seed(*_split_and_index(scene_id))
+    config = HouseConfig()
+    key = cache_key(SCENE_VERSION, VERSION, _houses_code(), seed, to_mapping(config))
+    return _cached("houses", key, scene_id, lambda: generate_house(seed, config))
+
+
+def _split_and_index(scene_id: str) -> tuple[str, int]:
+    from prnav.scene.houses import SPLIT_SIZES
+
+    match = re.fullmatch(rf"{_BUILT_IN}({'|'.join(SPLITS)})/(\d\d)", scene_id)
     if match is None or int(match[2]) >= SPLIT_SIZES[match[1]]:
-        ranges = ", ".join(f"prhouses/{split}/00..{size - 1:02d}" for split, size in SPLIT_SIZES.items())
-        raise SceneError(f"no built-in house {scene_id!r}; valid: {ranges}")
-    seed, config = split_seed(match[1], int(match[2])), HouseConfig()
-    key = cache_key(VERSION, seed, dataclasses.asdict(config))
-    arrays = cached_arrays("house", key, lambda: generate_house(seed, config).to_arrays())
-    return SceneMesh.from_arrays(scene_id, arrays)
+        ranges = ", ".join(f"{_BUILT_IN}{split}/00 to {SPLIT_SIZES[split] - 1:02d}" for split in SPLITS)
+        raise SceneError(f"scene {scene_id!r} is no built-in home; valid: {ranges}")
+    return match[1], int(match[2])
 
 
-__all__ = ["SPLITS", "SUFFIXES", "load_scene", "resolve_scene", "scene_ids"]
+def _houses_code() -> str:
+    """Hash of the generator's source, so that a home from the cache is always what the code would make."""
+    digest = hashlib.sha256()
+    for path in sorted((Path(__file__).parent / "houses").glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _cached(kind: str, key: str, name: str, make: Callable[[], SceneMesh]) -> SceneMesh:
+    return SceneMesh.from_arrays(name, cached_arrays(kind, key, lambda: make().to_arrays()))
+
+
+def _common_ending(path: Sequence[str], parts: Sequence[str]) -> int:
+    count = 0
+    for mine, wanted in zip(reversed(path), reversed(parts), strict=False):
+        if mine != wanted:
+            break
+        count += 1
+    return count
+
+
+def _existing(path: Path, scene_id: str) -> Path:
+    if not path.is_file():
+        raise SceneError(f"scene {scene_id!r}: {path} is no file; give the path of its mesh with --scene FILE")
+    return path

@@ -1,0 +1,247 @@
+"""The node tree of a glTF file as parts: instances, materials, textures, vertex colours.
+
+Factors are taken as they stand and textures as stored, without the sRGB transfer curve: readings are means of stored
+values. Morph targets, skins and animations are left at rest; texture wrap modes other than repeat are not kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.scene.gltf import GltfFile
+from prnav.scene.images import decode_image
+from prnav.scene.parts import Part, Textures, check_triangles
+from prnav.scene.source import MeshSource
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+@dataclass(frozen=True)
+class _Material:
+    color: NDArray[np.float64]
+    texture: int = 0
+    uv_set: int = 0
+    uv_matrix: NDArray[np.float64] | None = None  # (2, 3)
+
+
+_PLAIN = _Material(np.ones(3))
+
+
+def gltf_parts(source: MeshSource, texture_size: int, textures: Textures) -> list[Part]:
+    """Parts of a GLB or glTF file in its own frame; images go into ``textures``."""
+    return _Reader(GltfFile(source), texture_size, textures).parts()
+
+
+class _Reader:
+    def __init__(self, file: GltfFile, texture_size: int, textures: Textures) -> None:
+        self.file = file
+        self.texture_size = texture_size
+        self.textures = textures
+        self._images: dict[int, int] = {}
+        self._materials: dict[int, _Material] = {}
+
+    def parts(self) -> list[Part]:
+        meshes: dict[int, list[Part]] = {}
+        result: list[Part] = []
+        triangles = 0
+        for index, matrix in self._instances():
+            if index not in meshes:
+                meshes[index] = self._mesh(index)
+            triangles += sum(len(part.faces) for part in meshes[index])
+            check_triangles(self.file.path, triangles)
+            result += [_moved(part, matrix) for part in meshes[index]]
+        return result
+
+    def _instances(self) -> list[tuple[int, NDArray[np.float64]]]:
+        """Meshes to draw and their matrices (4, 4), in the order of the node tree."""
+        file = self.file
+        nodes = file.items("nodes")
+        seen = np.zeros(len(nodes), bool)
+        stack = [(root, np.eye(4)) for root in reversed(self._roots())]
+        result = []
+        while stack:
+            index, above = stack.pop()
+            node = file.item("nodes", index, "the node tree")
+            name = f"nodes[{index}]"
+            if seen[index]:
+                file.fail(f"{name} is reached twice; the nodes must be a tree")
+            seen[index] = True
+            if file.extension(node, "EXT_mesh_gpu_instancing", name):
+                file.refuse_extension("EXT_mesh_gpu_instancing")
+            with np.errstate(all="ignore"):  # what is not finite is refused with the vertices
+                matrix = above @ self._matrix(node, name)
+            if "mesh" in node:
+                file.item("meshes", node["mesh"], name)
+                result.append((node["mesh"], matrix))
+            stack += [(child, matrix) for child in reversed(self._indices(node, "children", name))]
+        return result
+
+    def _roots(self) -> list[Any]:
+        file = self.file
+        if file.items("scenes"):
+            return self._indices(file.item("scenes", file.document.get("scene", 0), "the file"), "nodes", "the scene")
+        nodes = file.items("nodes")
+        children = {child for k, node in enumerate(nodes) for child in self._indices(node, "children", f"nodes[{k}]")}
+        return [k for k in range(len(nodes)) if k not in children]
+
+    def _indices(self, owner: dict[str, Any], key: str, user: str) -> list[int]:
+        value = owner.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(index, int) for index in value):
+            self.file.fail(f"{key!r} of {user} is {value!r:.40}, not a list of numbers")
+        return value
+
+    def _matrix(self, node: dict[str, Any], name: str) -> NDArray[np.float64]:
+        if "matrix" in node:
+            return self.file.numbers(node, "matrix", name, [0.0] * 16).reshape(4, 4).T
+        matrix = np.eye(4)
+        x, y, z, w = self.file.numbers(node, "rotation", name, [0.0, 0.0, 0.0, 1.0])
+        scale = self.file.numbers(node, "scale", name, [1.0, 1.0, 1.0])
+        square = x * x + y * y + z * z + w * w
+        if square == 0.0:
+            self.file.fail(f"'rotation' of {name} is zero, not a unit quaternion")
+        rotation = np.array(
+            [
+                [y * y + z * z, z * w - x * y, -x * z - y * w],
+                [-x * y - z * w, x * x + z * z, x * w - y * z],
+                [y * w - x * z, -x * w - y * z, x * x + y * y],
+            ]
+        )
+        matrix[:3, :3] = (np.eye(3) - 2.0 / square * rotation) * scale
+        matrix[:3, 3] = self.file.numbers(node, "translation", name, [0.0, 0.0, 0.0])
+        return matrix
+
+    def _mesh(self, index: int) -> list[Part]:
+        mesh = self.file.item("meshes", index, "a node")
+        primitives = mesh.get("primitives", [])
+        if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
+            self.file.fail(f"'primitives' of meshes[{index}] is not a list of objects")
+        parts = [self._primitive(item, f"meshes[{index}].primitives[{k}]") for k, item in enumerate(primitives)]
+        return [part for part in parts if part is not None]
+
+    def _primitive(self, primitive: dict[str, Any], name: str) -> Part | None:
+        file = self.file
+        mode = primitive.get("mode", _TRIANGLES)
+        if mode in (0, 1, 2, 3):
+            return None  # points and lines
+        if mode not in (_TRIANGLES, _STRIP, _FAN):
+            file.fail(f"'mode' of {name} is {mode!r:.20}; valid: 0 to 6")
+        attributes = file.table(primitive, "attributes", name)
+        if "POSITION" not in attributes:
+            return None  # nothing to draw, says the standard
+        if file.extension(primitive, "KHR_draco_mesh_compression", name):
+            position = file.item("accessors", attributes["POSITION"], name)
+            if "bufferView" not in position:
+                file.refuse_extension("KHR_draco_mesh_compression")
+        vertices = file.accessor(attributes["POSITION"], f"POSITION of {name}", (3,))
+        faces = self._faces(primitive, mode, len(vertices), name)
+        if not len(faces):
+            return None
+        # several primitives may share one accessor and use a piece of it each
+        used = np.zeros(len(vertices), bool)
+        used[faces] = True
+        if not used.all():
+            faces = (np.cumsum(used) - 1)[faces]
+        material = self._material(primitive.get("material"), name)
+        colors = material.color
+        if "COLOR_0" in attributes:
+            colors = self._attribute(attributes, "COLOR_0", (3, 4), used, name)[:, :3] * colors
+        uvs = None
+        if material.texture and f"TEXCOORD_{material.uv_set}" in attributes:
+            uvs = self._attribute(attributes, f"TEXCOORD_{material.uv_set}", (2,), used, name)
+            if material.uv_matrix is not None:
+                uvs = uvs @ material.uv_matrix[:, :2].T + material.uv_matrix[:, 2]
+        return Part(vertices[used].astype(np.float64), faces, uvs, colors, material.texture)
+
+    def _attribute(
+        self, attributes: dict[str, Any], key: str, columns: tuple[int, ...], used: NDArray[np.bool_], name: str
+    ) -> NDArray[np.float64]:
+        values = self.file.accessor(attributes[key], f"{key} of {name}", columns)
+        if len(values) != len(used):
+            self.file.fail(f"{key} of {name} has {len(values)} elements for {len(used)} vertices")
+        return values[used].astype(np.float64)
+
+    def _faces(self, primitive: dict[str, Any], mode: int, count: int, name: str) -> NDArray[np.int64]:
+        file = self.file
+        if "indices" in primitive:
+            values = file.accessor(primitive["indices"], f"indices of {name}", (1,))[:, 0]
+            if values.dtype.kind != "u":
+                file.fail(f"indices of {name} are of type {values.dtype}; valid: unsigned 8, 16 or 32 bits")
+            order = values.astype(np.int64)
+            if len(order) and order.max() >= count:
+                file.fail(f"an index of {name} is {order.max()}; its vertices are 0..{count - 1}")
+        else:
+            order = np.arange(count, dtype=np.int64)
+        if mode == _TRIANGLES:
+            if len(order) % 3:
+                file.fail(f"{name} has {len(order)} indices, not a multiple of 3")
+            return order.reshape(-1, 3)
+        if len(order) < 3:
+            return np.zeros((0, 3), np.int64)
+        if mode == _FAN:
+            return np.stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]], axis=1)
+        faces = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
+        faces[1::2] = faces[1::2, [0, 2, 1]]
+        return faces
+
+    def _material(self, index: Any, user: str) -> _Material:
+        if index is None:
+            return _PLAIN
+        entry = self.file.item("materials", index, user)
+        if index not in self._materials:
+            self._materials[index] = self._read_material(entry, f"materials[{index}]")
+        return self._materials[index]
+
+    def _read_material(self, entry: dict[str, Any], name: str) -> _Material:
+        file = self.file
+        table = file.table(entry, "pbrMetallicRoughness", name)
+        color_key, texture_key = "baseColorFactor", "baseColorTexture"
+        if older := file.extension(entry, "KHR_materials_pbrSpecularGlossiness", name):
+            table, color_key, texture_key = older, "diffuseFactor", "diffuseTexture"
+        color = file.numbers(table, color_key, name, [1.0, 1.0, 1.0, 1.0])[:3]
+        if texture_key not in table:
+            return _Material(color)
+        info = file.table(table, texture_key, name)
+        texture = self._texture(info.get("index"), name)
+        uv_set = file.integer(info, "texCoord", name, 0)
+        transform = file.extension(info, "KHR_texture_transform", name)
+        if not transform:
+            return _Material(color, texture, uv_set)
+        return _Material(color, texture, file.integer(transform, "texCoord", name, uv_set), self._uv(transform, name))
+
+    def _uv(self, transform: dict[str, Any], name: str) -> NDArray[np.float64]:
+        """Matrix (2, 3) of a texture transform: scale, then rotate counter-clockwise (v is down), then move."""
+        su, sv = self.file.numbers(transform, "scale", name, [1.0, 1.0])
+        tu, tv = self.file.numbers(transform, "offset", name, [0.0, 0.0])
+        angle = transform.get("rotation", 0.0)
+        (turn,) = self.file.numbers({"rotation": [angle]}, "rotation", name, [0.0])
+        c, s = np.cos(turn), np.sin(turn)
+        return np.array([[c * su, s * sv, tu], [-s * su, c * sv, tv]])
+
+    def _texture(self, index: Any, user: str) -> int:
+        file = self.file
+        entry = file.item("textures", index, user)
+        name = f"textures[{index}]"
+        image = file.extension(entry, "EXT_texture_webp", name).get("source", entry.get("source"))
+        if image is None:
+            for extension in file.table(entry, "extensions", name):
+                file.refuse_extension(extension)
+            file.fail(f"{name} names no image")
+        data = file.image_bytes(image, name)
+        if image not in self._images:
+            where = f"scene {file.path}: images[{image}]"
+            self._images[image] = self.textures.add(decode_image(data, self.texture_size, where))
+        return self._images[image]
+
+
+def _moved(part: Part, matrix: NDArray[np.float64]) -> Part:
+    """The part under a matrix (4, 4); one that mirrors turns the triangles round, so that fronts stay fronts."""
+    linear, offset = matrix[:3, :3], matrix[:3, 3]
+    with np.errstate(all="ignore"):
+        vertices = part.vertices @ linear.T + offset
+        mirrored = np.linalg.det(linear) < 0.0
+    faces = part.faces[:, ::-1] if mirrored else part.faces
+    return Part(vertices, faces, part.uvs, part.colors, part.texture)
