@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import NavMeshError
+from prnav.navmesh.boxes import coarse_boxes
 from prnav.navmesh.detour_format import (
     DETAIL,
     LINK,
@@ -84,7 +85,7 @@ def _tile_bytes(mesh: PolyMesh, settings: NavMeshSettings) -> bytes:
     details = np.zeros(count, DETAIL)
     details["vert_base"], details["verts"] = mesh.detail_vertex_start[:-1], extra
     details["tri_base"], details["tris"] = mesh.detail_start[:-1], triangles
-    nodes = _bounding_tree(mesh, settings.cell_size)
+    nodes = _bounding_tree(mesh, settings)
     header = np.zeros(1, TILE_HEADER)
     fields = {
         "magic": TILE_MAGIC,
@@ -158,19 +159,11 @@ def _detail_triangles(mesh: PolyMesh) -> NDArray[np.uint8]:
     return rows
 
 
-def _bounding_tree(mesh: PolyMesh, cell_size: float) -> NDArray:
+def _bounding_tree(mesh: PolyMesh, settings: NavMeshSettings) -> NDArray:
     """Detour's tree of bounding boxes, in units of cells from the lower corner; nodes stand before their children."""
     count = mesh.num_polygons
-    points, vertices = mesh.all_vertices, mesh.polygon_vertices
-    low, high = np.empty((count, 3)), np.empty((count, 3))
-    for p in range(count):
-        own = points[vertices[mesh.polygon_start[p] : mesh.polygon_start[p + 1]]]
-        more = mesh.detail_vertices[mesh.detail_vertex_start[p] : mesh.detail_vertex_start[p + 1]]
-        both = np.concatenate([own, more])
-        low[p], high[p] = both.min(axis=0), both.max(axis=0)
-    unit = 1.0 / cell_size
-    low = np.clip((low - mesh.bounds[0]) * unit, 0, 0xFFFF).astype(np.uint16)
-    high = np.clip((high - mesh.bounds[0]) * unit, 0, 0xFFFF).astype(np.uint16)
+    boxes = coarse_boxes(mesh, settings.cell_size, settings.cell_height).astype(np.uint16)
+    low, high = boxes[:, :3], boxes[:, 3:]
     nodes = np.zeros(2 * count, NODE)
     used = 0
     waiting = [(np.arange(count), -1)]  # polygons of a subtree; -1, or the inner node whose subtree ends before it

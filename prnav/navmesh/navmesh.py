@@ -17,6 +17,7 @@ from prnav.files import write_bytes
 from prnav.navmesh import queries
 from prnav.navmesh.detour import read_navmesh
 from prnav.navmesh.detour_write import navmesh_bytes
+from prnav.navmesh.pairs import SearchArrays, pair_distances, shortest_path
 from prnav.navmesh.polymesh import PolyMesh
 from prnav.navmesh.settings import NavMeshSettings
 from prnav.navmesh.surface import Surface, build_surface, triangle_areas
@@ -84,7 +85,7 @@ class NavMesh:
     @cached_property
     def surface(self) -> Surface:
         """The arrays that queries read."""
-        return build_surface(self.mesh, self.settings.cell_size, self.settings.agent_max_climb)
+        return build_surface(self.mesh, self.settings)
 
     @cached_property
     def islands(self) -> tuple[Island, ...]:
@@ -148,6 +149,28 @@ class NavMesh:
         starts, ends = queries.as_points(starts, "starts"), queries.as_points(ends, "ends")
         return queries.move(self.surface, _zeros(len(starts)), starts, ends, sliding)
 
+    def distance(self, a: ArrayLike, b: ArrayLike) -> float:
+        """Geodesic distance between two points [m]; inf between islands and where no floor is in reach."""
+        return float(self.distances(a, b)[0])
+
+    def distances(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
+        """Geodesic distances of pairs, (N,) [m]: ``a`` and ``b`` are (N, 3), or one of them a single point.
+
+        Exact: the way is the shortest in the ground plane, its length the sum of straight segments in space between
+        its turning points. inf between islands and where no floor is in reach.
+        """
+        a, b = np.broadcast_arrays(queries.as_points(a, "a"), queries.as_points(b, "b"))
+        a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
+        return pair_distances(self._search, _zeros(len(a)), a, b)
+
+    def path(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
+        """Turning points of the shortest path from ``a`` to ``b``, both (snapped) ends included, (M, 3).
+
+        No rows where there is no path.
+        """
+        start, end = queries.as_points(a, "a"), queries.as_points(b, "b")
+        return shortest_path(self._search, 0, start[0], end[0])
+
     def clearance(self, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """Distance to the nearest wall in the ground plane, (N,) [m], at most ``max_radius``; inf off the floor.
 
@@ -172,6 +195,10 @@ class NavMesh:
         x, z = x[:columns], z[:rows]
         points = np.stack(np.broadcast_arrays(x[None, :], np.float32(height), z[:, None]), axis=-1)
         return self.is_navigable(points.reshape(-1, 3), max_y_delta).reshape(rows, columns)
+
+    @cached_property
+    def _search(self) -> SearchArrays:
+        return SearchArrays(self.surface)
 
     def _polygon_areas(self) -> NDArray[np.float64]:
         s = self.surface

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries
 from prnav.navmesh.navmesh import NavMesh
+from prnav.navmesh.pairs import SearchArrays, pair_distances
 from prnav.navmesh.surface import concatenate_surfaces
 
 
@@ -24,6 +25,7 @@ class NavMeshSet:
             raise NavMeshError("a NavMeshSet of no scenes cannot answer anything; give at least one NavMesh")
         self.navmeshes = tuple(navmeshes)
         self.surface = concatenate_surfaces([navmesh.surface for navmesh in self.navmeshes])
+        self._search = SearchArrays(self.surface)
 
     def __len__(self) -> int:
         return len(self.navmeshes)
@@ -42,6 +44,11 @@ class NavMeshSet:
         """:meth:`NavMesh.step`: positions (N, 3), collided (N,)."""
         starts, ends = queries.as_points(starts, "starts"), queries.as_points(ends, "ends")
         return queries.move(self.surface, self._scenes(scene_ids, len(starts)), starts, ends, sliding)
+
+    def distances(self, scene_ids: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
+        """:meth:`NavMesh.distances` of pairs (N, 3), (N,) [m]; inf between islands."""
+        a, b = queries.as_points(a, "a"), queries.as_points(b, "b")
+        return pair_distances(self._search, self._scenes(scene_ids, len(a)), a, b)
 
     def clearance(self, scene_ids: ArrayLike, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """:meth:`NavMesh.clearance`, (N,) [m]; inf where no floor is in reach."""

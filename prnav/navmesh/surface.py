@@ -18,7 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.navmesh.boxes import coarse_boxes
 from prnav.navmesh.polymesh import FLAG_WALK, PolyMesh
+from prnav.navmesh.settings import NavMeshSettings
 
 CELL = 0.5  #: side of a grid cell for point location [m]
 MAX_CELLS_PER_SIDE = 1024  #: larger scenes get larger cells
@@ -36,6 +38,9 @@ class Surface(NamedTuple):
     polygon: NDArray[np.int32]  #: polygon of a corner, (C,)
     fan: NDArray[np.int32]  #: fan of a corner, (C,)
     turn: NDArray[np.bool_]  #: whether shortest paths can turn at a fan, (F,)
+    walls: NDArray[
+        np.float64
+    ]  #: x and z of the wall edge that leaves a turning fan, then of the one that arrives, (F, 4)
     start: NDArray[np.int32]  #: first corner of each polygon, (P + 1,)
     island: NDArray[np.int32]  #: island of a polygon within its scene, (P,); -1 where it cannot be walked
     box: NDArray[np.float64]  #: bounds, lower then upper, (P, 6) [m]
@@ -53,8 +58,8 @@ class Surface(NamedTuple):
     scene_unit: NDArray[np.float64]  #: per scene: Detour's units per metre, climb [m], (S, 2)
 
 
-def build_surface(mesh: PolyMesh, cell_size: float, max_climb: float) -> Surface:
-    """Query arrays of one scene; ``cell_size`` and ``max_climb`` as in its settings [m]."""
+def build_surface(mesh: PolyMesh, settings: NavMeshSettings) -> Surface:
+    """Query arrays of one scene."""
     corners = len(mesh.polygon_vertices)
     start = mesh.polygon_start.astype(np.int32)
     polygon = mesh.polygon_of_corner()
@@ -66,11 +71,8 @@ def build_surface(mesh: PolyMesh, cell_size: float, max_climb: float) -> Surface
     walk = ((mesh.flags & FLAG_WALK) != 0) & (area >= MIN_POLYGON_AREA)
     twin = _twins(mesh, following, polygon, walk)
     position = mesh.vertices[mesh.polygon_vertices].reshape(-1, 3)
-    fan, turn = _fans(position, following, twin, polygon)
+    fan, turn, walls = _fans(position, following, twin, polygon)
     box = _boxes(detail, detail_start, mesh.num_polygons)
-    origin = mesh.bounds[0]
-    unit = 1.0 / cell_size
-    coarse_box = np.clip((box - np.tile(origin, 2)) * unit, 0, 0xFFFF).astype(np.int32)
     cell_start, cell_polygon, grid, shape = _grid(box, walk)
     return Surface(
         corner=np.ascontiguousarray(position, dtype=np.float64),
@@ -79,10 +81,11 @@ def build_surface(mesh: PolyMesh, cell_size: float, max_climb: float) -> Surface
         polygon=polygon,
         fan=fan,
         turn=turn,
+        walls=walls,
         start=start,
         island=_islands(twin, polygon, walk, mesh.num_polygons),
         box=box,
-        coarse_box=coarse_box,
+        coarse_box=coarse_boxes(mesh, settings.cell_size, settings.cell_height),
         detail_start=detail_start,
         detail=detail,
         outline=outline,
@@ -93,7 +96,7 @@ def build_surface(mesh: PolyMesh, cell_size: float, max_climb: float) -> Surface
         scene_polygon=np.array([0, mesh.num_polygons], np.int32),
         scene_fan=np.array([0, len(turn)], np.int32),
         scene_box=mesh.bounds.reshape(1, 6).astype(np.float64),
-        scene_unit=np.array([[unit, max_climb]]),
+        scene_unit=np.array([[1.0 / settings.cell_size, settings.agent_max_climb]]),
     )
 
 
@@ -131,6 +134,7 @@ def concatenate_surfaces(surfaces: Sequence[Surface]) -> Surface:
         polygon=shifted("polygon", "polygon"),
         fan=shifted("fan", "fan"),
         turn=plain("turn"),
+        walls=plain("walls"),
         start=csr("start", "corner"),
         island=plain("island"),
         box=plain("box"),
@@ -203,8 +207,8 @@ def _twins(
 
 def _fans(
     position: NDArray[np.float64], following: NDArray[np.int32], twin: NDArray[np.int32], polygon: NDArray[np.int32]
-) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """Fan of each corner, and which fans a shortest path can turn at."""
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64]]:
+    """Fan of each corner, which fans a shortest path can turn at, and the walls there."""
     corners = len(following)
     previous = np.empty(corners, np.int32)
     previous[following] = np.arange(corners, dtype=np.int32)
@@ -214,6 +218,7 @@ def _fans(
     angle = np.arctan2(cross, outward[:, 0] * inward[:, 0] + outward[:, 2] * inward[:, 2])
     fan = np.full(corners, -1, np.int32)
     turn: list[bool] = []
+    walls: list[list[float]] = []
     for first in range(corners):
         if fan[first] >= 0:
             continue
@@ -234,7 +239,14 @@ def _fans(
             members.append(int(corner))
         fan[members] = len(turn)
         turn.append(not closed and math.fsum(angle[members]) > math.pi + TURN)
-    return fan, np.array(turn, dtype=np.bool_)
+        sides = [0.0] * 4
+        for corner in members:
+            if twin[corner] < 0:
+                sides[0], sides[1] = outward[corner, 0], outward[corner, 2]
+            if twin[previous[corner]] < 0:
+                sides[2], sides[3] = inward[corner, 0], inward[corner, 2]
+        walls.append(sides)
+    return fan, np.array(turn, dtype=np.bool_), np.array(walls, dtype=np.float64).reshape(-1, 4)
 
 
 def _boxes(detail: NDArray[np.float64], start: NDArray[np.int32], polygons: int) -> NDArray[np.float64]:

@@ -1,0 +1,484 @@
+"""Shortest paths over the floor, exact in the ground plane: Polyanya's search over convex polygons.
+
+A *window* is an interval on an edge, seen in a straight line from a *root* (the goal or a corner that paths turn at).
+Crossing the polygon behind the edge gives new windows with the same root on the edges that can be seen, and beyond an
+end of the interval that is a corner, windows whose root is that corner. Windows are taken in order of the shortest
+way they could stand for, so that the first one to reach the target's polygon holds a shortest path (Cui, Harabor,
+Grastien: Compromise-free Pathfinding on a Navigation Mesh, IJCAI 2017). Without a target the search goes on until
+nothing is left, and its windows, sorted by polygon, answer any point's distance to the goal.
+
+What cannot be part of a shortest path is dropped: windows of a corner that is reached on a shorter way by now, turns
+away from the wall that a path would have to bend around, and windows that for every point cost more than the way over
+one end of their edge (Xin and Wang's filter for exact geodesics, 2009). All by more than BETTER, so that equal ways
+never drop each other. A polygon that rounding has hidden from all windows is reached over the corners of its edges.
+
+Turning points are chosen in the ground plane; lengths are sums of straight segments in space between them, as Habitat
+measures. Rows of ``roots``: x, y, z, cost in the ground plane, length in space.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from prnav.navmesh.planar import BETTER, NARROW, TOUCH, cross, length, nearest_on_segment
+
+FULL = -1  #: the arrays are too small; call again with larger ones
+NOWHERE = -2  #: the search ended without the target
+
+
+@njit(cache=True, nogil=True)
+def bend(rx, rz, lx, lz, ex, ez, qx, qz):
+    """Ground distance from a root through the window l-e (left, right end) to q, and where it bends.
+
+    0: straight; 1: over the left end; 2: over the right end. Ways that are BETTER only by rounding count as straight.
+    """
+    straight = length(qx - rx, qz - rz)
+    if cross(ex - rx, ez - rz, qx - rx, qz - rz) < 0.0:
+        over = length(ex - rx, ez - rz) + length(qx - ex, qz - ez)
+        if over > straight + BETTER:
+            return over, 2
+    elif cross(lx - rx, lz - rz, qx - rx, qz - rz) > 0.0:
+        over = length(lx - rx, lz - rz) + length(qx - lx, qz - lz)
+        if over > straight + BETTER:
+            return over, 1
+    return straight, 0
+
+
+@njit(cache=True, nogil=True)
+def visit_fan(f, stamp, fans, fan_root, bound):
+    """Forget what an earlier search left at a fan."""
+    if fans[f] != stamp:
+        fans[f] = stamp
+        fan_root[f] = -1
+        bound[f] = math.inf
+
+
+@njit(cache=True, nogil=True)
+def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
+    """Add a window to the heap unless it cannot matter; False where the arrays are full.
+
+    ``edge`` is the corner of the polygon that is entered, ``tl`` and ``tr`` the interval along it. ``target`` is
+    (polygon, x, z), polygon -1 for none.
+    """
+    nodes, ends, key, heap, fans, fan_root, bound, bound_root = scratch
+    a, b = s.corner[edge], s.corner[s.following[edge]]
+    dx, dz = b[0] - a[0], b[2] - a[2]
+    size = length(dx, dz)
+    if (tr - tl) * size < NARROW and not forced:
+        return True
+    rx, rz, g = roots[root, 0], roots[root, 2], roots[root, 3]
+    lx, lz, ex, ez = a[0] + tl * dx, a[2] + tl * dz, a[0] + tr * dx, a[2] + tr * dz
+    left, right = g + length(lx - rx, lz - rz), g + length(ex - rx, ez - rz)
+    fa, fb = s.fan[edge] - base, s.fan[s.following[edge]] - base
+    visit_fan(fa, state[3], fans, fan_root, bound)
+    visit_fan(fb, state[3], fans, fan_root, bound)
+    if tl == 0.0 and left < bound[fa]:
+        bound[fa], bound_root[fa] = left, root
+    if tr == 1.0 and right < bound[fb]:
+        bound[fb], bound_root[fb] = right, root
+    if bound[fa] + tr * size < right - BETTER or bound[fb] + (1.0 - tl) * size < left - BETTER:
+        return True
+    if target[0] < 0.0:
+        w, squared = nearest_on_segment(rx, rz, lx, lz, ex, ez)
+        cost = g + math.sqrt(squared)
+    else:
+        qx, qz = target[1], target[2]
+        side = cross(dx, dz, qx - a[0], qz - a[2])
+        if side < 0.0 and size > 0.0:  # the target's mirror image beyond the edge is as far away
+            qx, qz = qx - 2.0 * side * dz / (size * size), qz + 2.0 * side * dx / (size * size)
+        cost = g + bend(rx, rz, lx, lz, ex, ez, qx, qz)[0]
+    node = state[0]
+    if node >= len(key):
+        return False
+    state[0] += 1
+    nodes[node, 0], nodes[node, 1] = edge, root
+    ends[node, 0], ends[node, 1] = tl, tr
+    key[node] = cost
+    at = state[1]
+    state[1] += 1
+    while at > 0:
+        up = (at - 1) >> 1
+        if key[heap[up]] <= cost:
+            break
+        heap[at] = heap[up]
+        at = up
+    heap[at] = node
+    return True
+
+
+@njit(cache=True, nogil=True)
+def pop(key, heap, state):
+    """The cheapest window of the heap; of equal ones any, but always the same."""
+    top = heap[0]
+    state[1] -= 1
+    count = state[1]
+    last = heap[count]
+    at = 0
+    while True:
+        down = 2 * at + 1
+        if down >= count:
+            break
+        if down + 1 < count and key[heap[down + 1]] < key[heap[down]]:
+            down += 1
+        if key[heap[down]] >= key[last]:
+            break
+        heap[at] = heap[down]
+        at = down
+    heap[at] = last
+    return top
+
+
+@njit(cache=True, nogil=True)
+def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
+    """The root at a corner where paths from ``root`` turn left (sign 1) or right (-1); -1 where they don't."""
+    fans, fan_root, bound = scratch[4], scratch[5], scratch[6]
+    f = s.fan[corner]
+    if not s.turn[f]:
+        return -1
+    x, z = s.corner[corner, 0], s.corner[corner, 2]
+    dx, dz = x - roots[root, 0], z - roots[root, 2]
+    size = length(dx, dz)
+    if size <= TOUCH:
+        return -1
+    w = s.walls[f]
+    slack = -NARROW * size
+    if sign * cross(dx, dz, w[0], w[1]) < slack or sign * cross(dx, dz, w[2], w[3]) < slack:
+        return -1
+    f -= base
+    visit_fan(f, state[3], fans, fan_root, bound)
+    cost = roots[root, 3] + size
+    if cost > bound[f] + BETTER:
+        return -1
+    known = fan_root[f]
+    if known >= 0 and roots[known, 3] <= cost + BETTER:
+        return known
+    new = state[2]
+    if new >= len(roots):
+        return -3
+    state[2] += 1
+    y = s.corner[corner, 1]
+    roots[new, 0], roots[new, 1], roots[new, 2], roots[new, 3] = x, y, z, cost
+    roots[new, 4] = roots[root, 4] + math.sqrt(size * size + (y - roots[root, 1]) ** 2)
+    links[new, 0], links[new, 1] = root, f
+    fan_root[f] = new
+    return new
+
+
+@njit(cache=True, nogil=True)
+def expand(s, base, node, target, scratch, state, roots, links):
+    """Push the windows that lie behind a window's polygon; False where the arrays are full."""
+    nodes, ends = scratch[0], scratch[1]
+    k, root = nodes[node, 0], nodes[node, 1]
+    tl, tr = ends[node, 0], ends[node, 1]
+    n = s.following[k]
+    a, b = s.corner[k], s.corner[n]
+    rx, rz = roots[root, 0], roots[root, 2]
+    touching = nearest_on_segment(rx, rz, a[0], a[2], b[0], b[2])[1] <= TOUCH * TOUCH
+    lx, lz = a[0] + tl * (b[0] - a[0]) - rx, a[2] + tl * (b[2] - a[2]) - rz
+    ex, ez = a[0] + tr * (b[0] - a[0]) - rx, a[2] + tr * (b[2] - a[2]) - rz
+    left_root, right_root = -2, -2  # not asked for yet
+    c = b
+    right_c = cross(ex, ez, c[0] - rx, c[2] - rz)
+    left_c = cross(lx, lz, c[0] - rx, c[2] - rz)
+    j = n
+    while j != k:
+        after = s.following[j]
+        d = s.corner[after]
+        right_d = cross(ex, ez, d[0] - rx, d[2] - rz)
+        left_d = cross(lx, lz, d[0] - rx, d[2] - rz)
+        other = s.twin[j]
+        if other >= 0:
+            if touching:
+                if not push(s, base, other, 0.0, 1.0, root, False, target, scratch, state, roots):
+                    return False
+            else:
+                t0, t1 = 0.0, 1.0
+                # the outline from b to a lies right of the right ray, then between the rays, then left of the left one
+                if right_d <= 0.0:
+                    t0 = 1.0
+                elif right_c < 0.0:
+                    t0 = right_c / (right_c - right_d)
+                if left_c >= 0.0:
+                    t1 = 0.0
+                elif left_d > 0.0:
+                    t1 = left_c / (left_c - left_d)
+                size = length(d[0] - c[0], d[2] - c[2])
+                if t0 * size < NARROW:
+                    t0 = 0.0
+                if (1.0 - t0) * size < NARROW:
+                    t0 = 1.0
+                if t1 * size < NARROW:
+                    t1 = 0.0
+                if (1.0 - t1) * size < NARROW:
+                    t1 = 1.0
+                if t0 < t1 and not push(s, base, other, 1.0 - t1, 1.0 - t0, root, False, target, scratch, state, roots):
+                    return False
+                if t0 > 0.0 and tr == 1.0:
+                    if right_root == -2:
+                        right_root = turn_at(s, base, n, root, -1.0, scratch, state, roots, links)
+                    if right_root == -3:
+                        return False
+                    if right_root >= 0 and not push(
+                        s, base, other, 1.0 - t0, 1.0, right_root, False, target, scratch, state, roots
+                    ):
+                        return False
+                if t1 < 1.0 and tl == 0.0:
+                    if left_root == -2:
+                        left_root = turn_at(s, base, k, root, 1.0, scratch, state, roots, links)
+                    if left_root == -3:
+                        return False
+                    if left_root >= 0 and not push(
+                        s, base, other, 0.0, 1.0 - t1, left_root, False, target, scratch, state, roots
+                    ):
+                        return False
+        j, c, right_c, left_c = after, d, right_d, left_d
+    return True
+
+
+@njit(cache=True, nogil=True)
+def stale(s, base, node, scratch, roots, links):
+    """Whether a window's root is reached on a shorter way by now, or its edge's ends are."""
+    nodes, ends, bound = scratch[0], scratch[1], scratch[6]
+    root = nodes[node, 1]
+    g = roots[root, 3]
+    if links[root, 1] >= 0 and g > bound[links[root, 1]] + BETTER:
+        return True
+    k = nodes[node, 0]
+    n = s.following[k]
+    a, b = s.corner[k], s.corner[n]
+    tl, tr = ends[node, 0], ends[node, 1]
+    dx, dz = b[0] - a[0], b[2] - a[2]
+    size = length(dx, dz)
+    right = g + length(a[0] + tr * dx - roots[root, 0], a[2] + tr * dz - roots[root, 2])
+    left = g + length(a[0] + tl * dx - roots[root, 0], a[2] + tl * dz - roots[root, 2])
+    return (
+        bound[s.fan[k] - base] + tr * size < right - BETTER
+        or bound[s.fan[n] - base] + (1.0 - tl) * size < left - BETTER
+    )
+
+
+@njit(cache=True, nogil=True)
+def force(s, base, scene, reached, stamp, target, scratch, state, roots, links):
+    """Reach polygons that no window has reached over a corner of an edge they share with one that was.
+
+    Returns how many windows were pushed, FULL where the arrays are too small.
+    """
+    fans, bound, bound_root = scratch[4], scratch[6], scratch[7]
+    first, end = s.scene_polygon[scene], s.scene_polygon[scene + 1]
+    pushed = 0
+    for p in range(first, end):
+        if reached[p - first] == stamp:
+            continue
+        for k in range(s.start[p], s.start[p + 1]):
+            other = s.twin[k]
+            if other < 0 or reached[s.polygon[other] - first] != stamp:
+                continue
+            best, corner = math.inf, -1
+            for end_corner in (k, s.following[k]):
+                f = s.fan[end_corner] - base
+                if fans[f] == stamp and bound[f] < best:
+                    best, corner = bound[f], end_corner
+            if corner < 0:
+                continue
+            new, parent = state[2], bound_root[s.fan[corner] - base]
+            if new >= len(roots):
+                return FULL
+            state[2] += 1
+            for i in range(3):
+                roots[new, i] = s.corner[corner, i]
+            roots[new, 3] = best
+            roots[new, 4] = roots[parent, 4] + math.sqrt(
+                (roots[new, 0] - roots[parent, 0]) ** 2
+                + (roots[new, 1] - roots[parent, 1]) ** 2
+                + (roots[new, 2] - roots[parent, 2]) ** 2
+            )
+            links[new, 0], links[new, 1] = parent, s.fan[corner] - base
+            if not push(s, base, k, 0.0, 1.0, new, True, target, scratch, state, roots):
+                return FULL
+            reached[p - first] = stamp
+            pushed += 1
+            break
+    return pushed
+
+
+@njit(cache=True, nogil=True)
+def search(s, scene, p, x, y, z, target, stamp, scratch, state, roots, links, reached, taken):
+    """Search from the point (x, y, z) in polygon p; the last window with a target, their number without.
+
+    ``taken`` receives the windows that were expanded, in order, where there is no target. ``state`` counts windows,
+    heap, roots; its last entry is the stamp that tells this search's entries in the arrays from older ones.
+    """
+    base = s.scene_fan[scene]
+    first = s.scene_polygon[scene]
+    state[0], state[1], state[2], state[3] = 0, 0, 1, stamp
+    roots[0, 0], roots[0, 1], roots[0, 2], roots[0, 3], roots[0, 4] = x, y, z, 0.0, 0.0
+    links[0, 0], links[0, 1] = -1, -1
+    goal = int(target[0])
+    reached[p - first] = stamp
+    for k in range(s.start[p], s.start[p + 1]):
+        if s.twin[k] >= 0 and not push(s, base, s.twin[k], 0.0, 1.0, 0, True, target, scratch, state, roots):
+            return FULL
+    count = 0
+    while True:
+        while state[1] > 0:
+            node = pop(scratch[2], scratch[3], state)
+            if stale(s, base, node, scratch, roots, links):
+                continue
+            q = s.polygon[scratch[0][node, 0]]
+            if q == goal:
+                return node
+            reached[q - first] = stamp
+            if goal < 0:
+                taken[count] = node
+                count += 1
+            if not expand(s, base, node, target, scratch, state, roots, links):
+                return FULL
+        pushed = force(s, base, scene, reached, stamp, target, scratch, state, roots, links)
+        if pushed == FULL:
+            return FULL
+        if pushed == 0:
+            return count if goal < 0 else NOWHERE
+
+
+@njit(cache=True, nogil=True)
+def way(s, node, scratch, roots, qx, qy, qz, point):
+    """Length in space from the search's start through a window to a point of its polygon, and its last turn.
+
+    Where the way bends at an end of the window, that end goes into ``point``, else the root.
+    """
+    nodes, ends = scratch[0], scratch[1]
+    k, root = nodes[node, 0], nodes[node, 1]
+    a, b = s.corner[k], s.corner[s.following[k]]
+    tl, tr = ends[node, 0], ends[node, 1]
+    r = roots[root]
+    lx, lz = a[0] + tl * (b[0] - a[0]), a[2] + tl * (b[2] - a[2])
+    ex, ez = a[0] + tr * (b[0] - a[0]), a[2] + tr * (b[2] - a[2])
+    _, over = bend(r[0], r[2], lx, lz, ex, ez, qx, qz)
+    if over == 0:
+        point[0], point[1], point[2] = r[0], r[1], r[2]
+        return r[4] + math.sqrt((qx - r[0]) ** 2 + (qy - r[1]) ** 2 + (qz - r[2]) ** 2), 0
+    t = tl if over == 1 else tr
+    for i in range(3):
+        point[i] = a[i] + t * (b[i] - a[i])
+    return (
+        r[4]
+        + math.sqrt((point[0] - r[0]) ** 2 + (point[1] - r[1]) ** 2 + (point[2] - r[2]) ** 2)
+        + math.sqrt((qx - point[0]) ** 2 + (qy - point[1]) ** 2 + (qz - point[2]) ** 2)
+    ), over
+
+
+@njit(cache=True, nogil=True)
+def pair_distances(s, scenes, p, a, q, b, begin, scratch, state, roots, links, reached, taken, stamp, distances):
+    """Geodesic distances between floor points a and b (N, 3) in polygons p and q; from row ``begin`` on.
+
+    Returns the row at which the arrays were too small, N at the end. Each pair is searched from the end that comes
+    first in x, z, y, so that distances are symmetric to the last bit.
+    """
+    target = np.empty(3)
+    point = np.empty(3)
+    for i in range(begin, len(distances)):
+        if p[i] < 0 or q[i] < 0 or s.island[p[i]] != s.island[q[i]]:
+            distances[i] = math.inf
+            continue
+        ax, ay, az, bx, by, bz = a[i, 0], a[i, 1], a[i, 2], b[i, 0], b[i, 1], b[i, 2]
+        start, end = p[i], q[i]
+        if (ax, az, ay) > (bx, bz, by):
+            ax, ay, az, bx, by, bz = bx, by, bz, ax, ay, az
+            start, end = end, start
+        if start == end:
+            distances[i] = math.sqrt((ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
+            continue
+        target[0], target[1], target[2] = end, bx, bz
+        stamp[0] += 1
+        node = search(s, scenes[i], start, ax, ay, az, target, stamp[0], scratch, state, roots, links, reached, taken)
+        if node == FULL:
+            return i
+        distances[i] = math.inf
+        if node >= 0:
+            distances[i], _ = way(s, node, scratch, roots, bx, by, bz, point)
+    return len(distances)
+
+
+@njit(cache=True, nogil=True)
+def sort_windows(s, scene, count, scratch, roots, links, taken, start, windows, window_root):
+    """Windows of an exhaustive search by polygon: CSR offsets (P + 1,), both ends (M, 6) and root (M,); returns M."""
+    base, first = s.scene_fan[scene], s.scene_polygon[scene]
+    nodes, ends = scratch[0], scratch[1]
+    start[:] = 0
+    fresh = np.zeros(len(start), np.bool_)
+    for i in range(count):
+        if not stale(s, base, taken[i], scratch, roots, links):
+            fresh[s.polygon[nodes[taken[i], 0]] - first] = True
+    for i in range(count):  # where rounding has made all windows of a polygon stale, they all stay
+        p = s.polygon[nodes[taken[i], 0]] - first
+        if not (fresh[p] and stale(s, base, taken[i], scratch, roots, links)):
+            start[p + 1] += 1
+    for i in range(1, len(start)):
+        start[i] += start[i - 1]
+    fill = start[:-1].copy()
+    for i in range(count):
+        node = taken[i]
+        k = nodes[node, 0]
+        if fresh[s.polygon[k] - first] and stale(s, base, node, scratch, roots, links):
+            continue
+        a, b = s.corner[k], s.corner[s.following[k]]
+        at = fill[s.polygon[k] - first]
+        fill[s.polygon[k] - first] += 1
+        for axis in range(3):
+            windows[at, axis] = a[axis] + ends[node, 0] * (b[axis] - a[axis])
+            windows[at, 3 + axis] = a[axis] + ends[node, 1] * (b[axis] - a[axis])
+        window_root[at] = nodes[node, 1]
+    return start[-1]
+
+
+@njit(cache=True, nogil=True)
+def query_windows(s, slots, scenes, polygons, points, slot_scene, goal_polygon, place, start, windows, window_root,
+                  roots, links, distances, corners):  # fmt: skip
+    """Distance from points (N, 3) in known polygons to the goals of their slots, and the next turning point.
+
+    ``place`` (slots, 3) says where a slot's rows begin in ``start``, ``windows`` and ``roots``.
+    """
+    for i in range(len(slots)):
+        slot, p = slots[i], polygons[i]
+        distances[i] = math.inf
+        corners[i, 0], corners[i, 1], corners[i, 2] = math.nan, math.nan, math.nan
+        goal = goal_polygon[slot]
+        if p < 0 or goal < 0 or slot_scene[slot] != scenes[i]:
+            continue
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        row0, window0, root0 = place[slot, 0], place[slot, 1], place[slot, 2]
+        if p == goal:
+            r = roots[root0]
+            distances[i] = math.sqrt((x - r[0]) ** 2 + (y - r[1]) ** 2 + (z - r[2]) ** 2)
+            corners[i, 0], corners[i, 1], corners[i, 2] = r[0], r[1], r[2]
+            continue
+        local = p - s.scene_polygon[scenes[i]]
+        best, chosen, chosen_over = math.inf, -1, 0
+        for w in range(window0 + start[row0 + local], window0 + start[row0 + local + 1]):
+            e = windows[w]
+            r = roots[root0 + window_root[w]]
+            cost, over = bend(r[0], r[2], e[0], e[2], e[3], e[5], x, z)
+            if r[3] + cost < best:
+                best, chosen, chosen_over = r[3] + cost, w, over
+        if chosen < 0:
+            continue
+        root = window_root[chosen]
+        r = roots[root0 + root]
+        if chosen_over == 0:
+            away = math.sqrt((x - r[0]) ** 2 + (y - r[1]) ** 2 + (z - r[2]) ** 2)
+            distances[i] = r[4] + away
+            if away <= 10.0 * TOUCH and links[root0 + root, 0] >= 0:
+                r = roots[root0 + links[root0 + root, 0]]
+            corners[i, 0], corners[i, 1], corners[i, 2] = r[0], r[1], r[2]
+            continue
+        e = windows[chosen]
+        o = 0 if chosen_over == 1 else 3
+        corners[i, 0], corners[i, 1], corners[i, 2] = e[o], e[o + 1], e[o + 2]
+        distances[i] = (
+            r[4]
+            + math.sqrt((e[o] - r[0]) ** 2 + (e[o + 1] - r[1]) ** 2 + (e[o + 2] - r[2]) ** 2)
+            + math.sqrt((e[o] - x) ** 2 + (e[o + 1] - y) ** 2 + (e[o + 2] - z) ** 2)
+        )

@@ -1,0 +1,141 @@
+"""Geodesic distances to goals that are prepared once and asked about at every step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from prnav.errors import NavMeshError
+from prnav.navmesh import geodesic, queries
+from prnav.navmesh.navmesh_set import NavMeshSet
+from prnav.navmesh.pairs import SearchArrays
+
+Floats = NDArray[np.float64]
+
+
+class _Pool:
+    """Rows of several arrays in pieces, one piece per slot; a piece that outgrows its place moves to the end."""
+
+    def __init__(self, slots: int, rows: int, *columns: tuple[int, type]):
+        self.place = np.zeros(slots, np.int64)
+        self.room = np.zeros(slots, np.int64)
+        self.arrays = [np.empty((rows, width) if width else rows, kind) for width, kind in columns]
+        self.used = 0
+
+    def claim(self, slot: int, rows: int) -> slice:
+        """Rows for a slot's new content; its old content is lost."""
+        if rows > self.room[slot]:
+            room = rows + rows // 4
+            if self.used + room > len(self.arrays[0]):
+                self._compact(slot, room)
+            self.place[slot], self.room[slot] = self.used, room
+            self.used += room
+        return slice(int(self.place[slot]), int(self.place[slot]) + rows)
+
+    def _compact(self, leaving: int, more: int) -> None:
+        """Close the gaps that moved pieces have left, and make room for ``more`` rows."""
+        self.room[leaving] = 0
+        size = max(len(self.arrays[0]), 2 * (int(self.room.sum()) + more))
+        fresh = [np.empty((size, *array.shape[1:]), array.dtype) for array in self.arrays]
+        used = 0
+        for slot in np.flatnonzero(self.room):
+            at, room = int(self.place[slot]), int(self.room[slot])
+            for new, old in zip(fresh, self.arrays, strict=True):
+                new[used : used + room] = old[at : at + room]
+            self.place[slot] = used
+            used += room
+        self.arrays, self.used = fresh, used
+
+
+class GoalFields:
+    """Exact distances to goals, one per slot: prepared once, then answered in about a microsecond per point.
+
+    A prepared goal keeps, per polygon, the windows that shortest paths to it enter through
+    (:mod:`prnav.navmesh.geodesic`); a query takes the best of its polygon's.
+    """
+
+    def __init__(self, navmesh_set: NavMeshSet, slots: int):
+        if slots < 1:
+            raise NavMeshError(f"GoalFields with {slots} slots hold nothing; valid: 1 or more")
+        self.navmesh_set = navmesh_set
+        self.slots = slots
+        surface = navmesh_set.surface
+        self._search = SearchArrays(surface)
+        self._scene = np.full(slots, -1, np.int64)
+        self._polygon = np.full(slots, -1, np.int32)
+        self._place = np.zeros((slots, 3), np.int64)
+        self._start = _Pool(slots, 16, (0, np.int32))
+        self._windows = _Pool(slots, 1024, (6, np.float64), (0, np.int32))
+        self._roots = _Pool(slots, 1024, (5, np.float64), (2, np.int32))
+
+    def prepare(self, slot_ids: ArrayLike, scene_ids: ArrayLike, goals: ArrayLike) -> None:
+        """Set the goals (n, 3) of slots; a goal off the floor is snapped, one with no floor in reach is unreachable.
+
+        Raises:
+            NavMeshError: shapes that do not fit, or a slot or scene out of range.
+        """
+        goals = queries.as_points(goals, "goals")
+        slots = self._slots(slot_ids, len(goals))
+        scenes = queries.as_scenes(scene_ids, len(goals), len(self.navmesh_set))
+        surface, search = self.navmesh_set.surface, self._search
+        positions, polygons = queries.find(surface, scenes, goals)
+        nowhere = np.array([-1.0, 0.0, 0.0])
+        for i, slot in enumerate(slots.tolist()):
+            scene, polygon = int(scenes[i]), int(polygons[i])
+            self._scene[slot], self._polygon[slot] = scene, polygon
+            if polygon < 0:
+                continue
+            count = search.run(scene, polygon, positions[i], nowhere)
+            polygon_count = int(surface.scene_polygon[scene + 1] - surface.scene_polygon[scene])
+            start = self._start.claim(slot, polygon_count + 1)
+            windows = self._windows.claim(slot, count)
+            roots = self._roots.claim(slot, int(search.state[2]))
+            geodesic.sort_windows(
+                surface, scene, count, search.scratch, search.roots, search.links, search.taken,
+                self._start.arrays[0][start], self._windows.arrays[0][windows], self._windows.arrays[1][windows],
+            )  # fmt: skip
+            self._roots.arrays[0][roots] = search.roots[: search.state[2]]
+            self._roots.arrays[1][roots] = search.links[: search.state[2]]
+        self._place[:, 0] = self._start.place
+        self._place[:, 1] = self._windows.place
+        self._place[:, 2] = self._roots.place
+
+    def query(self, slot_ids: ArrayLike, points: ArrayLike) -> tuple[Floats, Floats]:
+        """Distance of points (n, 3) to their slots' goals, (n,) [m], and the next turning point, (n, 3).
+
+        The turning point is the goal itself where it lies in a straight line. A goal on another island, a slot never
+        prepared and a point with no floor in reach give inf and NaN. Points that snap are measured from the floor.
+        """
+        points = queries.as_points(points)
+        slots = self._slots(slot_ids, len(points))
+        surface = self.navmesh_set.surface
+        scenes = np.maximum(self._scene[slots], 0)
+        positions, polygons = queries.find(surface, scenes, points)
+        distances, corners = np.empty(len(points)), np.empty((len(points), 3))
+        geodesic.query_windows(
+            surface, slots, scenes, polygons, positions, self._scene, self._polygon, self._place,
+            self._start.arrays[0], self._windows.arrays[0], self._windows.arrays[1],
+            self._roots.arrays[0], self._roots.arrays[1], distances, corners,
+        )  # fmt: skip
+        return distances, corners
+
+    def num_windows(self, slot: int) -> int:
+        """How many windows a slot's goal keeps."""
+        if self._polygon[slot] < 0:
+            return 0
+        surface, scene = self.navmesh_set.surface, self._scene[slot]
+        polygons = int(surface.scene_polygon[scene + 1] - surface.scene_polygon[scene])
+        return int(self._start.arrays[0][self._place[slot, 0] + polygons])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that prepared goals take [B]."""
+        return sum(a.nbytes for pool in (self._start, self._windows, self._roots) for a in pool.arrays)
+
+    def _slots(self, slot_ids: ArrayLike, count: int) -> NDArray[np.int64]:
+        slots = np.ascontiguousarray(slot_ids, dtype=np.int64).reshape(-1)
+        if len(slots) != count:
+            raise NavMeshError(f"{len(slots)} slots for {count} points; there must be one per row")
+        if len(slots) and (slots.min() < 0 or slots.max() >= self.slots):
+            raise NavMeshError(f"slot {slots.min()}..{slots.max()} out of range; valid: 0 to {self.slots - 1}")
+        return slots
