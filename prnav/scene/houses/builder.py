@@ -168,8 +168,10 @@ class Builder:
                 )
             )
             start += points * count
-        arrays = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        return Geometry(*arrays, textures=tuple(self.textures))  # type: ignore[arg-type]
+        positions, normals, uvs, colors, rooms, glow, faces, face_texture = (
+            np.concatenate(column) for column in zip(*parts, strict=True)
+        )
+        return Geometry(positions, normals, uvs, colors, rooms, glow, faces, face_texture, tuple(self.textures))
 
 
 class Pen:

@@ -14,6 +14,7 @@ from prnav.scene.houses.shapes import Frame
 from prnav.scene.houses.style import HomeStyle, RoomStyle
 
 _LAMP = 2_600_000.0
+_SOFA = 560  # what counts below a window: the back may stand before the glass
 
 
 class Furnisher:
@@ -170,7 +171,10 @@ class Furnisher:
         rng = self.rng
         big = self.room.inner.area > 15_000_000
         w, d = rng.choice((1900, 2200, 2500)) if big else rng.choice((1500, 1800)), rng.choice((850, 900))
-        spot = self._put(pieces.sofa, w, d, 850, front=950, margin=50)
+        spot = self._put(pieces.sofa, w, d, _SOFA, front=950, margin=50)
+        if spot is None:
+            w, d = 1500, 850
+            spot = self._put(pieces.sofa, w, d, _SOFA, front=600)
         if spot is not None:
             table_w, table_d = rng.choice((900, 1000, 1200)), rng.choice((500, 600))
             if rng.chance(80):
@@ -194,7 +198,7 @@ class Furnisher:
                 width = tv if stand.side == facing[0] else 1200
                 pieces.tv_stand(self.pen(stand.frame), rng, width, 420, self.home, self.style)
         for _ in range(rng.between(1, 2) if big else rng.between(0, 1)):
-            self._put(pieces.sofa, 850, 850, 850, front=400, corner=50)
+            self._put(pieces.sofa, 850, 850, _SOFA, front=400, corner=50)
         if rng.chance(75):
             self._put(pieces.bookshelf, rng.choice((800, 1000, 1200)), 320, 2100, front=500)
         if self.room.inner.area > 21_000_000 and rng.chance(60):
@@ -213,7 +217,7 @@ class Furnisher:
     def _table(self, seats: int) -> None:
         rng = self.rng
         square = rng.chance(35) or seats <= 2
-        w, d = (900, 900) if square else (rng.choice((1400, 1600, 1800)), 850)
+        w, d = (900, 900) if square else (rng.choice((1200, 1400, 1600)), 800)
         frame = self.space.free_spot(w + 2 * (0 if not square else 350), d + 700, 500)
         if frame is None and not square:
             square, w, d = True, 900, 900
@@ -227,7 +231,7 @@ class Furnisher:
         pieces.dining_table(self.pen(table), rng, w, d, self.home, self.style)
         wood = rng.choice((self.home.wood, self.home.dark_wood))
         places = []
-        count = 1 if square else 2 if w < 1700 else 3
+        count = 1 if square else 2 if w < 1500 else 3
         for k in range(count):
             x = w * (2 * k + 1) // (2 * count)
             places += [(x, -1, 0), (x, 1, 2)]
@@ -334,7 +338,7 @@ class Furnisher:
         for _ in range(rng.between(1, 3)):
             self._put(pieces.bookshelf, rng.choice((800, 1000, 1200)), 320, 2100, front=450)
         if rng.chance(60):
-            self._put(pieces.sofa, rng.choice((850, 1500)), 850, 850, front=400)
+            self._put(pieces.sofa, rng.choice((850, 1500)), 850, _SOFA, front=400)
         if rng.chance(60):
             inner = self.room.inner
             self._rug(inner.width // 2 - 800, inner.depth // 2 - 600, Frame(inner.x0, 0, inner.z0, 0), 1600, 1200)

@@ -45,7 +45,8 @@ def door_leaf(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, h
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
     """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
 
-    Cushions and quilt stand 0.2 m above the cover, so that no large level surface is left on a wide bed.
+    Pillows, cushions and quilt stand 0.2 m above the cover: on a wide bed no large level surface is left, which a
+    navmesh would take for floor.
     """
     head, top = rng.between(950, 1250, 50), 590
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
@@ -60,18 +61,17 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
     pen.box(0, top, start, w, top + 25, start + 230, WHITE.tinted(96), skip="U")
     count = 1 if w < 1300 else 2
     width = (w - 80) // count
-    for k in range(count):
+    for k in range(count):  # two pillows, one on the other
         x = 40 + k * width
-        pen.box(x + 20, 550, 90, x + width - 20, 670, 450, WHITE)
-        pen.box(x + 60, 670, 120, x + width - 60, 700, 410, WHITE, skip="U")
-    wide = w > 1450
-    if wide or rng.chance(60):
+        pen.box(x + 20, 550, 90, x + width - 20, 685, 450, WHITE)
+        pen.box(x + 20, 685, 90, x + width - 20, 815, 450, WHITE.tinted(97), skip="U")
+    if w > 1450 or rng.chance(50):
         for k in range(count):
-            cushion(pen, 40 + k * width + width // 6, 600, 430, width * 2 // 3, 330, 110, home.fabric)
-    if wide or rng.chance(50):
+            cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
+    if w >= 1300 or rng.chance(40):
         z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
-        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="U")
-        pen.box(50, top + 115, z + 10, w - 50, top + 225, z + 370, tone.tinted(94), skip="U")
+        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="UT")
+        pen.box(40, top + 115, z, w - 40, top + 225, z + 380, tone.tinted(92), skip="U")
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -175,18 +175,18 @@ def sofa(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -
     """A sofa (or an armchair, where it is narrow)."""
     fabric = room.accent
     arm = rng.between(120, 200, 10)
-    seat, back = rng.between(410, 440, 10), rng.between(750, 880, 10)
+    seat, back = rng.between(410, 430, 10), rng.between(880, 930, 10)
     pen.box(0, 60, 0, w, 300, d - 20, fabric.tinted(92))
     legs(pen, w, d - 20, 60, 50, home.dark_wood, 30)
     pen.box(arm, 300, 0, w - arm, back, 220, fabric, skip="U")
     for x in (0, w - arm):
-        pen.box(x, 300, 0, x + arm, seat + 190, d - 20, fabric.tinted(97), skip="U")
+        pen.box(x, 300, 0, x + arm, seat + 150, d - 20, fabric.tinted(97), skip="U")
     count = max(1, (w - 2 * arm) // 620)
     width = (w - 2 * arm) // count
     for k in range(count):
         x = arm + k * width
         pen.box(x + 6, 300, 200, x + width - 6, seat, d, fabric.tinted(108), skip="U")
-        pen.box(x + 10, seat, 210, x + width - 10, back - 60, 330, fabric.tinted(104), skip="U")
+        pen.box(x + 10, seat, 210, x + width - 10, back - 50, 330, fabric.tinted(104), skip="U")
     for k in range(count):
         if rng.chance(65):
             tone = home.fabric if rng.chance(70) else WHITE
