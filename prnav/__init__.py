@@ -1,7 +1,7 @@
 """prnav: indoor navigation with photoreceptors.
 
-The names below are loaded when they are first used, so that ``import prnav`` costs milliseconds and pulls in neither
-torch, a compiler, nor any graphics library.
+The names below are loaded when they are first used, so that ``import prnav`` pulls in neither torch, a compiler, nor
+any graphics library. It does register the environments: after it, ``gymnasium.make("prnav/PointGoalNav-v0")`` works.
 """
 
 from __future__ import annotations
@@ -61,3 +61,7 @@ def __getattr__(name: str) -> Any:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'prnav' has no attribute {name!r}")
+
+
+# by name, since the rooms below env may import this module but not env
+importlib.import_module("prnav.env.registration").register()

@@ -1,6 +1,6 @@
 """Names under which ``gymnasium.make`` finds the environments.
 
-Gymnasium calls :func:`register` when it is imported (entry point ``gymnasium.envs``); it imports nothing heavy.
+``import prnav`` calls :func:`register`; the environments themselves are imported when one is made.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+import prnav  # noqa: F401 (registers the environments)
 from prnav.env import PointGoalNavEnv, PointGoalNavVectorEnv, PointGoalSlots
 from prnav.errors import ConfigError, DesignError, EpisodeError
 from prnav.tasks import PointGoalConfig
