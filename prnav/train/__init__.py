@@ -1,0 +1,19 @@
+"""Training: PPO as pure functions, rollouts, checkpoints, and the loop."""
+
+from prnav.train.config import TrainConfig, load_train_config, without_readings
+from prnav.train.imitation import ImitationConfig
+from prnav.train.ppo import PPOConfig
+from prnav.train.run_folder import RunFolder, read_metrics
+from prnav.train.trainer import Trainer, load_policy
+
+__all__ = [
+    "ImitationConfig",
+    "PPOConfig",
+    "RunFolder",
+    "TrainConfig",
+    "Trainer",
+    "load_policy",
+    "load_train_config",
+    "read_metrics",
+    "without_readings",
+]

@@ -1,0 +1,101 @@
+"""One training run as pure data: what ``configs/*.toml`` hold."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+from prnav.config import load_config
+from prnav.env import EnvConfig
+from prnav.errors import ConfigError
+from prnav.policy import PolicyConfig
+from prnav.resources import resource
+from prnav.train.imitation import ImitationConfig
+from prnav.train.ppo import PPOConfig
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """A run: task and environment, policy, PPO, warm start, budget."""
+
+    name: str = "run"
+    """Run directory under ``runs/`` where none is given."""
+    task: Literal["pointgoal"] = "pointgoal"
+    seed: int = 0
+    """Seed of weights, actions and episode order."""
+    total_steps: int = 1_000_000
+    """Simulation steps in all, those of the warm start included."""
+    num_envs: int = 30
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    threads: int = 0
+    """Cores that the learner uses on a CPU; 0 is all. The same number gives the same bits."""
+    checkpoint_steps: int = 100_000
+    keep_checkpoints: int = 3
+    window: int = 200
+    """Episodes over which the reported success, SPL and reward are averaged."""
+    env: EnvConfig = field(default_factory=EnvConfig)
+    policy: PolicyConfig = field(default_factory=PolicyConfig)
+    ppo: PPOConfig = field(default_factory=PPOConfig)
+    imitation: ImitationConfig = field(default_factory=ImitationConfig)
+
+    def __post_init__(self) -> None:
+        for name in ("total_steps", "num_envs", "checkpoint_steps", "keep_checkpoints", "window"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        for name in ("seed", "threads"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        for name, parts in (("ppo", self.ppo.mini_batches), ("imitation", self.imitation.mini_batches)):
+            if parts > self.num_envs:
+                raise ValueError(
+                    f"{name}.mini_batches is {parts}; it must be at most num_envs ({self.num_envs}), "
+                    f"since mini-batches are made of whole environments"
+                )
+
+
+FREE_ON_RESUME = frozenset({"name", "total_steps", "checkpoint_steps", "keep_checkpoints", "threads", "device"})
+"""Keys that a resumed run may change."""
+
+
+def available_cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def config_names() -> list[str]:
+    """Names of the shipped experiments."""
+    return sorted(path.stem for path in resource("configs").glob("*.toml"))
+
+
+def config_path(name: str) -> Path:
+    """File of a shipped experiment, or ``name`` itself where it is a path.
+
+    Raises:
+        ConfigError: neither.
+    """
+    if name in config_names():
+        return resource("configs", f"{name}.toml")
+    if name.endswith(".toml") or os.sep in name:
+        return Path(name)
+    raise ConfigError(f"config {name!r} is not known; valid: {', '.join(config_names())}, or the path of a TOML file")
+
+
+def load_train_config(name: str, overrides: tuple[str, ...] = ()) -> TrainConfig:
+    """Config of a shipped experiment or a TOML file, with ``key=value`` overrides.
+
+    Raises:
+        ConfigError: as :func:`prnav.config.load_config`.
+    """
+    return load_config(TrainConfig, config_path(name), overrides)
+
+
+def without_readings(config: TrainConfig) -> TrainConfig:
+    """The same run for a blind agent: no readings are rendered or seen."""
+    return replace(
+        config,
+        name=f"{config.name}-blind",
+        env=replace(config.env, vision=False),
+        policy=replace(config.policy, encoder="blind"),
+    )

@@ -1,0 +1,182 @@
+"""Rollouts: storage that is allocated once, and the collector that fills it.
+
+Letters in shapes: T steps, N environments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
+from torch import Tensor
+
+from prnav.errors import ConfigError
+from prnav.policy import RecurrentPolicy, log_probabilities, sample_actions
+
+NO_EXPERT = -1
+"""Label of a step for which no oracle was asked."""
+
+
+class Rollout:
+    """T steps of N environments, and what the policy thought of them."""
+
+    def __init__(self, steps: int, environments: int, policy: RecurrentPolicy) -> None:
+        state = policy.initial_state(environments)
+        shape = (steps, environments)
+        self.steps, self.environments, self.device = steps, environments, state.device
+        self.observations = {key: torch.zeros(*shape, *size, device=self.device) for key, size in policy.shapes.items()}
+        self.state = state
+        """Recurrent state before the first step, (2, L, N, H)."""
+        self.last_values = torch.zeros(environments, device=self.device)
+        """Value of the state after the last step, (N,)."""
+        self.arrays = {name: torch.zeros(shape, device=self.device) for name in _FLOATS}
+        self.arrays |= {name: torch.zeros(shape, dtype=torch.int64, device=self.device) for name in _INTEGERS}
+        self.arrays |= {name: torch.zeros(shape, dtype=torch.bool, device=self.device) for name in _FLAGS}
+
+    def __getitem__(self, name: str) -> Tensor:
+        """One of the (T, N) arrays by name."""
+        return self.arrays[name]
+
+    def __setitem__(self, name: str, value: Tensor) -> None:
+        self.arrays[name] = value
+
+
+_FLOATS = ("rewards", "values", "log_probs", "final_values")
+_INTEGERS = ("actions", "previous_actions", "expert")
+_FLAGS = ("starts", "terminated", "truncated")
+
+
+class Collector:
+    """Steps the environments with a policy, and holds all that a rollout carries over to the next."""
+
+    def __init__(self, envs: VectorEnv, policy: RecurrentPolicy, seed: int) -> None:
+        self.envs = envs
+        self.policy = policy
+        self.generator = np.random.Generator(np.random.PCG64(seed))
+        self.observations, _ = envs.reset(seed=seed)
+        self.starts = np.ones(envs.num_envs, dtype=bool)
+        self.previous_actions = np.zeros(envs.num_envs, dtype=np.int64)
+        self.recurrent = policy.initial_state(envs.num_envs)
+
+    @torch.no_grad()
+    def collect(self, rollout: Rollout, expert_share: float | None = None) -> list[dict[str, float]]:
+        """Fill ``rollout``; with an ``expert_share``, the oracle labels all steps and takes that share of them.
+
+        Returns:
+            The measures of each episode that ended.
+        """
+        ended: list[dict[str, float]] = []
+        rollout.state = self.recurrent
+        for t in range(rollout.steps):
+            self._show(rollout, t)
+            actions = self._act(rollout, t, expert_share)
+            self.observations, rewards, terminated, truncated, info = self.envs.step(actions)
+            rollout["rewards"][t] = torch.from_numpy(np.asarray(rewards, dtype=np.float32))
+            rollout["terminated"][t] = torch.from_numpy(terminated)
+            rollout["truncated"][t] = torch.from_numpy(truncated & ~terminated)
+            cut = np.flatnonzero(truncated & ~terminated)
+            if cut.size:
+                rollout["final_values"][t, cut] = self._values(final_observations(info, cut), cut, actions[cut])
+            self.starts = terminated | truncated
+            ended += final_measures(info, np.flatnonzero(self.starts))
+            self.previous_actions = actions
+        everyone = np.arange(self.envs.num_envs)
+        rollout.last_values = self._values(self.observations, everyone, self.previous_actions, self.starts)
+        return ended
+
+    def _show(self, rollout: Rollout, t: int) -> None:
+        for key, storage in rollout.observations.items():
+            storage[t] = torch.from_numpy(self.observations[key])
+        rollout["starts"][t] = torch.from_numpy(self.starts)
+        rollout["previous_actions"][t] = torch.from_numpy(self.previous_actions)
+
+    def _act(self, rollout: Rollout, t: int, expert_share: float | None) -> NDArray[np.int64]:
+        observations = {key: value[t] for key, value in rollout.observations.items()}
+        output = self.policy.step(observations, rollout["previous_actions"][t], rollout["starts"][t], self.recurrent)
+        self.recurrent = output.state
+        uniforms = self.generator.uniform(1e-7, 1.0 - 1e-7, size=tuple(output.logits.shape)).astype(np.float32)
+        actions = sample_actions(output.logits, torch.from_numpy(uniforms).to(rollout.device))
+        rollout["expert"][t] = NO_EXPERT
+        if expert_share is not None:
+            expert = torch.from_numpy(expert_actions(self.envs)).to(rollout.device)
+            shown = torch.from_numpy(self.generator.random(len(expert)) < expert_share).to(rollout.device)
+            rollout["expert"][t] = expert
+            actions = torch.where(shown, expert, actions)
+        rollout["actions"][t] = actions
+        rollout["values"][t] = output.values
+        rollout["log_probs"][t] = log_probabilities(output.logits, actions)
+        return actions.cpu().numpy()
+
+    def _values(
+        self,
+        observations: Mapping[str, NDArray[Any]],
+        rows: NDArray[np.int64],
+        previous_actions: NDArray[np.int64],
+        starts: NDArray[np.bool_] | None = None,
+    ) -> Tensor:
+        """Value of one more step in the environments ``rows``, without taking it."""
+        device = self.recurrent.device
+        output = self.policy.step(
+            {key: torch.from_numpy(observations[key]).to(device) for key in self.policy.shapes},
+            torch.from_numpy(previous_actions).to(device),
+            torch.from_numpy(np.zeros(len(rows), dtype=bool) if starts is None else starts).to(device),
+            self.recurrent[:, :, torch.from_numpy(rows).to(device)],
+        )
+        return output.values
+
+    def state_dict(self) -> dict[str, Any]:
+        """All that the next rollout depends on, the environments included."""
+        return {
+            "environments": self.envs.get_state(),  # type: ignore[attr-defined]
+            "observations": {key: np.array(self.observations[key]) for key in self.policy.shapes},
+            "starts": self.starts,
+            "previous_actions": self.previous_actions,
+            "recurrent": self.recurrent,
+            "generator": self.generator.bit_generator.state,
+        }
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Go on from :meth:`state_dict`."""
+        self.envs.set_state(state["environments"])  # type: ignore[attr-defined]
+        self.observations = dict(state["observations"])
+        self.starts = state["starts"]
+        self.previous_actions = state["previous_actions"]
+        self.recurrent = torch.from_numpy(state["recurrent"]).to(self.recurrent.device)
+        self.generator.bit_generator.state = state["generator"]
+
+
+def expert_actions(envs: VectorEnv) -> NDArray[np.int64]:
+    """The oracle's action in each environment, (N,).
+
+    Raises:
+        ConfigError: the environment has no oracle.
+    """
+    if not hasattr(envs, "expert_actions"):
+        raise ConfigError("the environment has no shortest-path oracle to imitate; train with --warmstart none")
+    return np.asarray(envs.expert_actions(), dtype=np.int64)
+
+
+def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    """Last observations (n, ...) of the episodes that ended in ``rows``, which a same-step reset has replaced.
+
+    Ours are arrays in ``info["final_obs"]``; Gymnasium's own vector environments put one dictionary per row there.
+    """
+    final = info["final_obs"]
+    if isinstance(final, Mapping):
+        return {key: np.asarray(value)[rows] for key, value in final.items() if not key.startswith("_")}
+    return {key: np.stack([final[row][key] for row in rows]) for key in final[rows[0]]}
+
+
+def final_measures(info: Mapping[str, Any], rows: NDArray[np.int64]) -> list[dict[str, float]]:
+    """The numbers in ``info["final_info"]`` for the episodes that ended in ``rows``, one dictionary per episode."""
+    final = info.get("final_info", {})
+    numbers = {
+        key: np.asarray(value, dtype=np.float64)
+        for key, value in final.items()
+        if not key.startswith("_") and np.asarray(value).dtype.kind in "biuf"
+    }
+    return [{key: float(value[row]) for key, value in numbers.items()} for row in rows]

@@ -1,0 +1,133 @@
+"""The run directory: ``config.toml``, ``run.json``, ``metrics.jsonl``, ``tb/``, ``checkpoints/``.
+
+Config and facts are written before the first step. Metrics are one JSON object a line; when a run resumes, lines after
+its checkpoint are dropped, so that the file reads as if the run had never stopped.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from prnav.config import load_config, to_mapping, to_toml
+from prnav.errors import CheckpointError, ConfigError
+from prnav.files import write_text
+from prnav.train.config import FREE_ON_RESUME, TrainConfig
+
+
+class RunFolder:
+    """A run's files; held by one process at a time."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.config_path = path / "config.toml"
+        self.facts_path = path / "run.json"
+        self.metrics_path = path / "metrics.jsonl"
+        self.tensorboard = path / "tb"
+        self.checkpoints = path / "checkpoints"
+        self._lock: IO[str] | None = None
+
+    def exists(self) -> bool:
+        """Whether a run was started here."""
+        return self.config_path.exists()
+
+    def load_config(self) -> TrainConfig:
+        """The run's config.
+
+        Raises:
+            CheckpointError: no run was started here.
+            ConfigError: its config cannot be read.
+        """
+        if not self.exists():
+            raise CheckpointError(f"run {self.path}: there is no config.toml; give the folder of a run (--run DIR)")
+        return load_config(TrainConfig, self.config_path)
+
+    def start(self, config: TrainConfig, facts: Mapping[str, Any]) -> None:
+        """Make the folder and write what is known before the first step.
+
+        Raises:
+            ConfigError: a run was started here before.
+        """
+        if self.exists():
+            raise ConfigError(
+                f"run {self.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+            )
+        self.checkpoints.mkdir(parents=True, exist_ok=True)
+        write_text(self.facts_path, json.dumps(facts, indent=2) + "\n")
+        write_text(self.config_path, to_toml(config))
+
+    def check_resumable(self, config: TrainConfig) -> None:
+        """Hold a resumed run to the config it was started with.
+
+        Raises:
+            ConfigError: a key differs that may not change within a run.
+        """
+        before, now = _flat(to_mapping(self.load_config())), _flat(to_mapping(config))
+        for key in sorted(before.keys() | now.keys()):
+            if key not in FREE_ON_RESUME and before.get(key) != now.get(key):
+                raise ConfigError(
+                    f"run {self.path}: {key} is {before.get(key)!r} in its config.toml and {now.get(key)!r} now; a "
+                    f"resumed run may only change {', '.join(sorted(FREE_ON_RESUME))}; start another with --run DIR"
+                )
+
+    def acquire(self) -> None:
+        """Hold the folder against other processes until :meth:`release` or the process's end.
+
+        Raises:
+            ConfigError: another process trains here.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        self._lock = open(self.path / ".lock", "w")
+        if sys.platform == "win32":
+            return
+        import fcntl
+
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self.release()
+            raise ConfigError(
+                f"run {self.path} is being trained by another process; wait for it, or choose another --run DIR"
+            ) from error
+
+    def release(self) -> None:
+        """Let other processes have the folder."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def append_metrics(self, row: Mapping[str, Any]) -> None:
+        """Add one line of metrics."""
+        with open(self.metrics_path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+
+    def cut_metrics(self, step: int) -> None:
+        """Drop metrics of later steps, and a last line that was not written to its end."""
+        if not self.metrics_path.exists():
+            return
+        kept = []
+        for line in self.metrics_path.read_text(encoding="utf-8").splitlines():
+            try:
+                if json.loads(line)["step"] <= step:
+                    kept.append(line + "\n")
+            except json.JSONDecodeError:
+                break  # the process was killed while it wrote this line
+        write_text(self.metrics_path, "".join(kept))
+
+
+def read_metrics(folder: Path) -> list[dict[str, Any]]:
+    """All rows of a run's ``metrics.jsonl``."""
+    return [json.loads(line) for line in (folder / "metrics.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            result |= _flat(value, f"{prefix}{key}.")
+        else:
+            result[prefix + key] = value
+    return result

@@ -1,0 +1,75 @@
+"""A task that needs memory: a cue is shown at the first step only, and the last action must answer it.
+
+It has the vector interface of the navigation environments: same-step resets, ``final_obs`` and ``final_info``, an
+oracle, and a state that can be saved.
+"""
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+CUES = 3
+
+
+class CueEnv(VectorEnv):
+    """N agents; an episode lasts ``length`` steps and ends by itself, or by a time limit where ``cut``."""
+
+    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+
+    def __init__(self, num_envs: int = 8, length: int = 3, cut: bool = False) -> None:
+        self.num_envs, self.length, self.cut = num_envs, length, cut
+        self.single_observation_space = gymnasium.spaces.Dict(
+            {
+                "photoreceptors": gymnasium.spaces.Box(0, 1, (1, 1, 3), np.float32),
+                "design": gymnasium.spaces.Box(-1, 1, (1, 7), np.float32),
+                "clock": gymnasium.spaces.Box(0, np.inf, (1,), np.float32),
+            }
+        )
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.single_action_space = gymnasium.spaces.Discrete(CUES)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+
+    def reset(self, *, seed=None, options=None):
+        self.generator = np.random.Generator(np.random.PCG64(seed))
+        self.cue = self.generator.integers(0, CUES, self.num_envs)
+        self.time = self.generator.integers(0, self.length, self.num_envs)  # so that episodes end at different steps
+        self.right = np.zeros(self.num_envs)
+        return self._observe(), {}
+
+    def step(self, actions):
+        assert actions.shape == (self.num_envs,) and actions.dtype == np.int64
+        last = self.time == self.length - 1
+        rewards = np.where(last, (actions == self.cue).astype(np.float64), 0.0)
+        self.time = self.time + 1
+        info = {}
+        if last.any():
+            before = self._observe()
+            info["final_obs"] = before
+            info["final_info"] = {"success": rewards, "reward": rewards, "scene_id": np.array(["toy"] * self.num_envs)}
+        self.cue = np.where(last, self.generator.integers(0, CUES, self.num_envs), self.cue)
+        self.time[last] = 0
+        ended = last.copy()
+        nothing = np.zeros_like(last)
+        return self._observe(), rewards, nothing if self.cut else ended, ended if self.cut else nothing, info
+
+    def expert_actions(self):
+        return self.cue.astype(np.int64)
+
+    def get_state(self):
+        state = self.generator.bit_generator.state
+        return {"cue": self.cue.copy(), "time": self.time.copy(), "generator": state}
+
+    def set_state(self, state):
+        self.cue, self.time = state["cue"].copy(), state["time"].copy()
+        self.generator.bit_generator.state = state["generator"]
+
+    def _observe(self):
+        readings = np.zeros((self.num_envs, 1, 1, 3), np.float32)
+        shown = self.time == 0
+        readings[shown, 0, 0, self.cue[shown]] = 1.0
+        return {
+            "photoreceptors": readings,
+            "design": np.zeros((self.num_envs, 1, 7), np.float32),
+            "clock": self.time[:, None].astype(np.float32),
+        }
