@@ -1,6 +1,6 @@
 """Triangulations of a polygon with points on its outline and inside, in the ground plane.
 
-Points are rows x, y, z; an outline is a list of rows in order.
+Points are rows x, y, z in float32; an outline is a list of rows in order.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ HULL = -2  # side of an edge outside of the polygon
 @njit(cache=True, nogil=True, error_model="numpy")
 def _plane_distance(points, a, b):
     """Distance in the ground plane."""
-    return math.sqrt((points[a, 0] - points[b, 0]) ** 2 + (points[a, 2] - points[b, 2]) ** 2)
+    dx, dz = points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]
+    return math.sqrt(dx * dx + dz * dz)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -31,7 +32,7 @@ def _cross(points, a, b, c):
 def hull_triangles(points, hull, num_hull, num_corners, triangles):
     """Triangles of an outline without inner points: from the smallest ear on, the shorter side first."""
     start, left, right = 0, 1, num_hull - 1
-    smallest = np.inf
+    smallest = np.float32(np.inf)
     for i in range(num_hull):
         here = hull[i]
         if here >= num_corners:
@@ -102,7 +103,7 @@ def delaunay_triangles(points, num_points, hull, num_hull, edges, triangles):
             s = edges[current, 0] if side == 2 else edges[current, 1]
             t = edges[current, 1] if side == 2 else edges[current, 0]
             best = np.int64(-1)
-            x, z, radius = 0.0, 0.0, 0.0
+            x, z, radius = np.float32(0), np.float32(0), np.float32(0)
             for u in range(num_points):
                 if u == s or u == t or _cross(points, s, t, u) <= 1e-5:
                     continue
@@ -123,10 +124,10 @@ def delaunay_triangles(points, num_points, hull, num_hull, edges, triangles):
                 cx, cz = points[u, 0] - points[s, 0], points[u, 2] - points[s, 2]
                 b2 = bx * bx + bz * bz
                 c2 = cx * cx + cz * cz
-                twice = 2 * (bx * cz - bz * cx)
+                twice = np.float32(2) * (bx * cz - bz * cx)
                 ox = (b2 * cz - c2 * bz) / twice
                 oz = (c2 * bx - b2 * cx) / twice
-                radius = math.sqrt(ox * ox + oz * oz)
+                radius = np.float32(math.sqrt(ox * ox + oz * oz))
                 x, z = points[s, 0] + ox, points[s, 2] + oz
             if best < 0:
                 edges[current, side] = HULL
@@ -179,21 +180,27 @@ def delaunay_triangles(points, num_points, hull, num_hull, edges, triangles):
 @njit(cache=True, nogil=True, error_model="numpy")
 def vertical_errors(samples, points, triangles, count):
     """Smallest vertical distance of each sample to the triangles above or below it, -1 if there are none."""
-    errors = np.empty(len(samples))
+    errors = np.empty(len(samples), np.float32)
+    margin = np.float32(1e-4)
     for i in range(len(samples)):
-        nearest = np.inf
+        nearest = np.float32(np.inf)
         for k in range(count):
             a, b, c = triangles[k, 0], triangles[k, 1], triangles[k, 2]
             v0x, v0z = points[c, 0] - points[a, 0], points[c, 2] - points[a, 2]
             v1x, v1z = points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]
             v2x, v2z = samples[i, 0] - points[a, 0], samples[i, 2] - points[a, 2]
-            area = v0x * v1z - v0z * v1x
+            dot00 = v0x * v0x + v0z * v0z
+            dot01 = v0x * v1x + v0z * v1z
+            dot02 = v0x * v2x + v0z * v2z
+            dot11 = v1x * v1x + v1z * v1z
+            dot12 = v1x * v2x + v1z * v2z
+            area = dot00 * dot11 - dot01 * dot01
             if area == 0:
                 continue
-            u = (v2x * v1z - v2z * v1x) / area
-            v = (v0x * v2z - v0z * v2x) / area
-            if u >= -1e-4 and v >= -1e-4 and u + v <= 1 + 1e-4:
+            u = (dot11 * dot02 - dot01 * dot12) * (np.float32(1) / area)
+            v = (dot00 * dot12 - dot01 * dot02) * (np.float32(1) / area)
+            if u >= -margin and v >= -margin and u + v <= 1 + margin:
                 y = points[a, 1] + (points[c, 1] - points[a, 1]) * u + (points[b, 1] - points[a, 1]) * v
                 nearest = min(nearest, abs(y - samples[i, 1]))
-        errors[i] = nearest if nearest < np.inf else -1.0
+        errors[i] = nearest if nearest < np.inf else np.float32(-1)
     return errors

@@ -2,7 +2,8 @@
 
 A polygon's outline and inside are sampled on the cells of its region; samples that lie farther from the triangles than
 allowed become vertices. Outlines are sampled alike from both sides, so that no seams open. Coordinates here are metres
-from the lower bound.
+from the lower bound, in float32: heights are multiples of the cell height, so errors often equal the largest allowed
+one, and the same vertices as Habitat's come out only if they round alike.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from prnav.navmesh.settings import NavMeshSettings
 MAX_VERTICES = 127  # of one polygon; Detour counts them in a byte
 MAX_EDGE_SAMPLES = 31
 MAX_TRIANGLES = 254
+OUTLINE_MARGIN = 0.001  # an edge this near to a side of the polygon lies on it [m]
 NO_HEIGHT = 0x3FFFFFFF
 
 
@@ -39,9 +41,9 @@ def height_detail(
     polygons: GridPolygons, field: CompactField, region: NDArray[np.int32], settings: NavMeshSettings
 ) -> HeightDetail:
     """Detail of all polygons; see :class:`NavMeshSettings` for the sampling distance and the largest error."""
-    sampling = 0.0 if settings.detail_sample_dist < 0.9 else settings.cell_size * settings.detail_sample_dist
-    max_error = settings.cell_height * settings.detail_sample_max_error
-    size = np.array([settings.cell_size, settings.cell_height, settings.cell_size])
+    size = np.array([settings.cell_size, settings.cell_height, settings.cell_size], np.float32)
+    sampling = size[0] * np.float32(0.0 if settings.detail_sample_dist < 0.9 else settings.detail_sample_dist)
+    max_error = size[1] * np.float32(settings.detail_sample_max_error)
     radius = max(1, math.ceil(settings.edge_max_error))
     counts = (polygons.corners >= 0).sum(axis=1)
     boxes = _boxes(polygons, field)
@@ -49,7 +51,7 @@ def height_detail(
     heights = np.empty(largest, np.int32)
     queue = np.empty((largest, 3), np.int64)
     hull = np.empty(MAX_VERTICES + 1, np.int64)
-    points = np.empty((MAX_VERTICES + 1, 3))
+    points = np.empty((MAX_VERTICES + 1, 3), np.float32)
     triangles = np.empty((MAX_TRIANGLES, 3), np.int64)
     added: list[NDArray[np.float64]] = []
     faces: list[NDArray[np.int64]] = []
@@ -58,7 +60,7 @@ def height_detail(
     for p, count in enumerate(counts.tolist()):
         corners = polygons.corners[p, :count]
         cells = polygons.vertices[corners]
-        points[:count] = cells * size
+        points[:count] = cells.astype(np.float32) * size
         hull[:count] = np.arange(count)
         num_points = num_hull = count
         if sampling > 0:
@@ -92,12 +94,16 @@ def height_detail(
                 triangles,
                 num,
             )
-        new = points[count:num_points] + [0.0, settings.cell_height, 0.0]  # Recast lifts the detail by one cell
+        new = points[count:num_points].astype(np.float64) + [
+            0.0,
+            settings.cell_height,
+            0.0,
+        ]  # Recast lifts the detail by one cell
         own = np.concatenate([corners, np.arange(num_added, num_added + len(new))])
         num_added += len(new)
         added.append(new)
         faces.append(own[triangles[:num]])
-        flags.append(_outline_flags(triangles[:num], hull[:num_hull], num_points))
+        flags.append(_outline_flags(points[:num_points], count, triangles[:num]))
     return HeightDetail(
         vertices=np.concatenate([np.zeros((0, 3)), *added]),
         vertex_start=np.cumsum([0, *map(len, added)]).astype(np.int32),
@@ -116,24 +122,27 @@ def _boxes(polygons: GridPolygons, field: CompactField) -> NDArray[np.int64]:
     return np.concatenate([low, high - low], axis=1)
 
 
-def _outline_flags(triangles: NDArray[np.int64], hull: NDArray[np.int64], num_points: int) -> NDArray[np.uint8]:
-    """Bits 0, 2, 4 where the edges 01, 12, 20 of triangles lie on the outline, (T,)."""
-    place = np.full(num_points, -2)
-    place[hull] = np.arange(len(hull))
-    start, end = place[triangles], place[np.roll(triangles, -1, axis=1)]
-    on_outline = (start >= 0) & (end == (start + 1) % len(hull))
+def _outline_flags(points: NDArray[np.float32], count: int, triangles: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Bits 0, 2, 4 where the edges 01, 12, 20 of triangles lie on a side of the polygon, whose corners come first, (T,)."""
+    places = points[:, [0, 2]].astype(np.float64)
+    start = places[:count]
+    side = np.roll(start, -1, axis=0) - start
+    offset = places[:, None] - start
+    t = np.clip((offset * side).sum(axis=2) / np.maximum((side**2).sum(axis=1), 1e-12), 0, 1)
+    on_side = ((offset - t[:, :, None] * side) ** 2).sum(axis=2) < OUTLINE_MARGIN**2  # (points, sides)
+    on_outline = (on_side[triangles] & on_side[np.roll(triangles, -1, axis=1)]).any(axis=2)
     return (on_outline * np.array([1, 4, 16])).sum(axis=1).astype(np.uint8)
 
 
 def _add_inner_points(
-    points: NDArray[np.float64],
+    points: NDArray[np.float32],
     count: int,
     num_points: int,
     hull: NDArray[np.int64],
     num_hull: int,
-    sampling: float,
-    max_error: float,
-    size: NDArray[np.float64],
+    sampling: np.float32,
+    max_error: np.float32,
+    size: NDArray[np.float32],
     radius: int,
     box: NDArray[np.int64],
     heights: NDArray[np.int32],
@@ -146,7 +155,7 @@ def _add_inner_points(
     """
     low = np.floor(points[:count].min(axis=0) / sampling).astype(np.int64)
     high = np.ceil(points[:count].max(axis=0) / sampling).astype(np.int64)
-    samples = np.empty(((high[0] - low[0]) * (high[2] - low[2]), 3))
+    samples = np.empty(((high[0] - low[0]) * (high[2] - low[2]), 3), np.float32)
     samples = samples[: _samples(points, count, low, high, sampling, size, radius, box, heights, samples)]
     edges = np.empty((10 * MAX_VERTICES, 4), np.int64)
     while num_points < MAX_VERTICES and len(samples):
@@ -277,49 +286,54 @@ def _height(x, y, z, size, radius, box, heights):
     """Floor height at a point [m]; where its cell has none, the nearest to y of the closest ring of cells."""
     x0, z0, wide, long = box[0], box[1], box[2], box[3]
     cell_height = size[1]
-    px = min(max(int(math.floor(x / size[0] + 0.01)) - x0, 0), wide - 1)
-    pz = min(max(int(math.floor(z / size[2] + 0.01)) - z0, 0), long - 1)
+    per_cell, margin = np.float32(1) / size[0], np.float32(0.01)
+    px = min(max(int(math.floor(x * per_cell + margin)) - x0, 0), wide - 1)
+    pz = min(max(int(math.floor(z * per_cell + margin)) - z0, 0), long - 1)
     height = heights[px + pz * wide]
     if height != NO_HEIGHT:
-        return height * cell_height
+        return np.float32(height) * cell_height
     for ring in range(1, radius + 1):
-        nearest = np.inf
+        nearest = np.float32(np.inf)
         for qz in range(max(pz - ring, 0), min(pz + ring + 1, long)):
             for qx in range(max(px - ring, 0), min(px + ring + 1, wide)):
                 if max(abs(qx - px), abs(qz - pz)) != ring:
                     continue
                 candidate = heights[qx + qz * wide]
-                if candidate != NO_HEIGHT and abs(candidate * cell_height - y) < nearest:
-                    nearest = abs(candidate * cell_height - y)
+                if candidate != NO_HEIGHT and abs(np.float32(candidate) * cell_height - y) < nearest:
+                    nearest = abs(np.float32(candidate) * cell_height - y)
                     height = candidate
         if height != NO_HEIGHT:
-            return height * cell_height
+            return np.float32(height) * cell_height
     return y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _segment_distance(px, py, pz, dx, dy, dz):
-    """Squared distance of a point p to the segment from the origin to d."""
+def _segment_distance(x, y, z, ax, ay, az, bx, by, bz):
+    """Squared distance of a point to the segment from a to b."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
     length = dx * dx + dy * dy + dz * dz
-    t = dx * px + dy * py + dz * pz
+    t = dx * (x - ax) + dy * (y - ay) + dz * (z - az)
     if length > 0:
         t /= length
-    t = min(max(t, 0.0), 1.0)
-    return (px - t * dx) ** 2 + (py - t * dy) ** 2 + (pz - t * dz) ** 2
+    t = min(max(t, np.float32(0)), np.float32(1))
+    px, py, pz = ax + t * dx - x, ay + t * dy - y, az + t * dz - z
+    return px * px + py * py + pz * pz
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _smallest_extent(points, count):
     """Width of a polygon across its narrowest side."""
-    smallest = np.inf
+    flat = np.float32(0)
+    smallest = np.float32(np.inf)
     for i in range(count):
         following = (i + 1) % count
-        dx, dz = points[following, 0] - points[i, 0], points[following, 2] - points[i, 2]
-        largest = 0.0
+        ax, az = points[i, 0], points[i, 2]
+        bx, bz = points[following, 0], points[following, 2]
+        largest = np.float32(0)
         for j in range(count):
             if j != i and j != following:
-                px, pz = points[j, 0] - points[i, 0], points[j, 2] - points[i, 2]
-                largest = max(largest, _segment_distance(px, 0.0, pz, dx, 0.0, dz))
+                distance = _segment_distance(points[j, 0], flat, points[j, 2], ax, flat, az, bx, flat, bz)
+                largest = max(largest, distance)
         smallest = min(smallest, largest)
     return math.sqrt(smallest)
 
@@ -327,15 +341,16 @@ def _smallest_extent(points, count):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _outline_distance(points, count, x, z):
     """Squared distance of a place to a polygon's outline in the ground plane, negative inside."""
-    nearest = np.inf
+    flat = np.float32(0)
+    nearest = np.float32(np.inf)
     inside = False
     before = count - 1
     for i in range(count):
-        dx, dz = points[before, 0] - points[i, 0], points[before, 2] - points[i, 2]
-        px, pz = x - points[i, 0], z - points[i, 2]
-        if (pz < 0) != (pz < dz) and px < dx * pz / dz:
+        ax, az = points[before, 0], points[before, 2]
+        bx, bz = points[i, 0], points[i, 2]
+        if (bz > z) != (az > z) and x < (ax - bx) * (z - bz) / (az - bz) + bx:
             inside = not inside
-        nearest = min(nearest, _segment_distance(px, 0.0, pz, dx, 0.0, dz))
+        nearest = min(nearest, _segment_distance(x, flat, z, ax, flat, az, bx, flat, bz))
         before = i
     return -nearest if inside else nearest
 
@@ -345,7 +360,7 @@ def _outline(points, count, sampling, max_error, size, radius, box, heights, hul
     """Add the vertices that the outline's height needs; fills ``hull``, returns the numbers of points and of hull."""
     num_points = count
     num_hull = 0
-    edge = np.empty((MAX_EDGE_SAMPLES + 1, 3))
+    edge = np.empty((MAX_EDGE_SAMPLES + 1, 3), np.float32)
     chosen = np.empty(MAX_EDGE_SAMPLES + 1, np.int64)
     before = count - 1
     for i in range(count):
@@ -360,16 +375,15 @@ def _outline(points, count, sampling, max_error, size, radius, box, heights, hul
             swapped = points[a, 0] > points[b, 0]
         if swapped:  # the same order from both sides of an edge
             a, b = b, a
-        parts = min(
-            1 + int(math.floor(math.hypot(points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]) / sampling)),
-            MAX_EDGE_SAMPLES,
-        )
+        dx, dz = points[b, 0] - points[a, 0], points[b, 2] - points[a, 2]
+        parts = min(1 + int(math.floor(math.sqrt(dx * dx + dz * dz) / sampling)), MAX_EDGE_SAMPLES)
         parts = min(parts, MAX_VERTICES - 1 - num_points)
         if parts < 2:
             continue
         for k in range(parts + 1):
+            share = np.float32(k) / np.float32(parts)
             for axis in range(3):
-                edge[k, axis] = points[a, axis] + (points[b, axis] - points[a, axis]) * (k / parts)
+                edge[k, axis] = points[a, axis] + (points[b, axis] - points[a, axis]) * share
             edge[k, 1] = _height(edge[k, 0], edge[k, 1], edge[k, 2], size, radius, box, heights)
         chosen[0] = 0
         chosen[1] = parts
@@ -378,16 +392,19 @@ def _outline(points, count, sampling, max_error, size, radius, box, heights, hul
         while k < num - 1:
             first = chosen[k]
             last = chosen[k + 1]
-            largest = 0.0
+            largest = np.float32(0)
             farthest = -1
             for m in range(first + 1, last):
                 deviation = _segment_distance(
-                    edge[m, 0] - edge[first, 0],
-                    edge[m, 1] - edge[first, 1],
-                    edge[m, 2] - edge[first, 2],
-                    edge[last, 0] - edge[first, 0],
-                    edge[last, 1] - edge[first, 1],
-                    edge[last, 2] - edge[first, 2],
+                    edge[m, 0],
+                    edge[m, 1],
+                    edge[m, 2],
+                    edge[first, 0],
+                    edge[first, 1],
+                    edge[first, 2],
+                    edge[last, 0],
+                    edge[last, 1],
+                    edge[last, 2],
                 )
                 if deviation > largest:
                     largest = deviation
@@ -420,15 +437,15 @@ def _samples(points, count, low, high, sampling, size, radius, box, heights, sam
     num = 0
     for column in range(low[2], high[2]):
         for row in range(low[0], high[0]):
-            x = row * sampling
-            z = column * sampling
-            if _outline_distance(points, count, x, z) > -sampling / 2:
+            x = np.float32(row) * sampling
+            z = np.float32(column) * sampling
+            if _outline_distance(points, count, x, z) > -sampling / np.float32(2):
                 continue
             # off the grid by a little, as symmetric points triangulate badly: pseudo-random numbers in -1..1
-            jitter_x = ((num * 0x8DA6B343) & 0xFFFF) / 65535.0 * 2.0 - 1.0
-            jitter_z = ((num * 0xD8163841) & 0xFFFF) / 65535.0 * 2.0 - 1.0
-            samples[num, 0] = x + jitter_x * size[0] * 0.1
-            samples[num, 1] = _height(x, (low_y + high_y) / 2, z, size, radius, box, heights)
-            samples[num, 2] = z + jitter_z * size[2] * 0.1
+            jitter_x = np.float32((num * 0x8DA6B343) & 0xFFFF) / np.float32(65535) * np.float32(2) - np.float32(1)
+            jitter_z = np.float32((num * 0xD8163841) & 0xFFFF) / np.float32(65535) * np.float32(2) - np.float32(1)
+            samples[num, 0] = x + jitter_x * size[0] * np.float32(0.1)
+            samples[num, 1] = _height(x, (low_y + high_y) * np.float32(0.5), z, size, radius, box, heights)
+            samples[num, 2] = z + jitter_z * size[2] * np.float32(0.1)
             num += 1
     return num
