@@ -7,27 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 _LAZY = {
     "EnvConfig": "prnav.env.config",
-    "EpisodeTable": "prnav.env.episode_table",
+    "EpisodeSource": "prnav.env.episode_source",
     "PointGoalNavEnv": "prnav.env.single_env",
     "PointGoalNavVectorEnv": "prnav.env.vector_env",
     "PointGoalSlots": "prnav.env.pointgoal_slots",
-    "configured_episodes": "prnav.env.episode_table",
-    "load_table": "prnav.env.episode_table",
+    "load_source": "prnav.env.episode_source",
 }
 
 __all__ = [
     "EnvConfig",
-    "EpisodeTable",
+    "EpisodeSource",
     "PointGoalNavEnv",
     "PointGoalNavVectorEnv",
     "PointGoalSlots",
-    "configured_episodes",
-    "load_table",
+    "load_source",
 ]
 
 if TYPE_CHECKING:
     from prnav.env.config import EnvConfig
-    from prnav.env.episode_table import EpisodeTable, configured_episodes, load_table
+    from prnav.env.episode_source import EpisodeSource, load_source
     from prnav.env.pointgoal_slots import PointGoalSlots
     from prnav.env.single_env import PointGoalNavEnv
     from prnav.env.vector_env import PointGoalNavVectorEnv

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.env.config import EnvConfig
-from prnav.env.episode_table import EpisodeTable
+from prnav.env.episode_source import EpisodeSource
 from prnav.errors import DesignError, EpisodeError
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
@@ -40,24 +40,24 @@ _STATE = (
 
 
 class PointGoalSlots:
-    """N agents playing episodes of a table; what happens in one slot depends on its episode and actions alone."""
+    """N agents playing episodes of a source; what happens in one slot depends on its episode and actions alone."""
 
-    def __init__(self, table: EpisodeTable, num_slots: int, config: EnvConfig):
-        if not len(table):
+    def __init__(self, source: EpisodeSource, num_slots: int, config: EnvConfig):
+        if not len(source):
             raise EpisodeError("there are no episodes to play; generate some with prnav-episodes generate")
-        self.table = table
+        self.source = source
         self.config = config
         self.num_slots = num_slots
         self.design = load_design(config.design)
         self.num_sensors = len(self.design.sensors)
-        self.simulator = Simulator(table.world, num_slots, config.sim)
-        self.fields = GoalFields(table.world.navmesh_set, num_slots)
+        self.simulator = Simulator(source.world, num_slots, config.sim)
+        self.fields = GoalFields(source.world.navmesh_set, num_slots)
         self.renderer = (
-            Renderer(table.world.scenes, engine=config.engine, rays_per_receptor=config.rays_per_receptor)
+            Renderer(source.world.scenes, engine=config.engine, rays_per_receptor=config.rays_per_receptor)
             if config.vision
             else None
         )
-        self.episode = np.full(num_slots, -1, np.int64)  #: index into the table, -1 before the first
+        self.episode = np.full(num_slots, -1, np.int64)  #: index into the source, -1 before the first
         self.steps = np.zeros(num_slots, np.int64)
         self.path_length = np.zeros(num_slots)
         self.collisions = np.zeros(num_slots, np.int64)
@@ -74,8 +74,8 @@ class PointGoalSlots:
 
     @property
     def episode_ids(self) -> tuple[tuple[str, str], ...]:
-        """(scene_id, episode_id) of every episode of the table."""
-        return self.table.ids
+        """(scene_id, episode_id) of every episode of the source."""
+        return self.source.ids
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -104,14 +104,14 @@ class PointGoalSlots:
             return
         if theta is not None:
             self._set_theta(slots, theta)
-        table = self.table
+        source = self.source
         self.episode[slots] = episodes
-        self.simulator.reset(slots, table.scene_index[episodes], table.starts[episodes], table.yaws[episodes])
-        self.fields.prepare(slots, table.scene_index[episodes], table.goals[episodes])
-        distance, _ = self.fields.query(slots, table.starts[episodes])
+        self.simulator.reset(slots, source.scene_index[episodes], source.starts[episodes], source.yaws[episodes])
+        self.fields.prepare(slots, source.scene_index[episodes], source.goals[episodes])
+        distance, _ = self.fields.query(slots, source.starts[episodes])
         lost = np.flatnonzero(~np.isfinite(distance))
         if len(lost):
-            scene, episode = table.ids[episodes[lost[0]]]
+            scene, episode = source.id(episodes[lost[0]])
             raise EpisodeError(
                 f"episode {episode} of scene {scene}: its goal cannot be reached from its start on this navmesh; "
                 "check the scene's up axis and navmesh settings, or remove it (prnav-episodes check finds all such)"
@@ -149,12 +149,12 @@ class PointGoalSlots:
         rows = np.arange(self.num_slots) if slots is None else np.asarray(slots, np.int64)
         episodes = self.episode[rows]
         positions, yaws = self.positions[rows], self.yaws[rows]
-        starts, start_yaws = self.table.starts[episodes], self.table.yaws[episodes]
+        starts, start_yaws = self.source.starts[episodes], self.source.yaws[episodes]
         observations = {
             "design": self.theta[rows].astype(np.float32),
             "gps": gps(positions, starts, start_yaws),
             "compass": compass(yaws, start_yaws)[:, None],
-            "pointgoal": pointgoal(positions, yaws, self.table.goals[episodes]),
+            "pointgoal": pointgoal(positions, yaws, self.source.goals[episodes]),
         }
         if self.renderer is not None:
             readings = self.renderer.read(
@@ -192,7 +192,7 @@ class PointGoalSlots:
 
     def outcome(self, slot: int) -> dict[str, Any]:
         """Measures and facts of one slot's episode, as plain numbers and strings."""
-        scene_id, episode_id = self.table.ids[self.episode[slot]]
+        scene_id, episode_id = self.source.id(self.episode[slot])
         row: dict[str, Any] = {"scene_id": scene_id, "episode_id": episode_id}
         row.update({name: float(value[0]) for name, value in self.measures([slot]).items()})
         for name in ("success", "collisions", "steps"):
@@ -223,7 +223,7 @@ class PointGoalSlots:
         return {**state, **{f"sim_{name}": value for name, value in self.simulator.get_state().items()}}
 
     def set_state(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`get_state` was called; the table must be the same."""
+        """Go on where :meth:`get_state` was called; the source must be the same."""
         for name in _STATE:
             setattr(self, name, np.array(state[name], dtype=getattr(self, name).dtype))
         self.simulator.set_state({name[4:]: value for name, value in state.items() if name.startswith("sim_")})
@@ -231,4 +231,4 @@ class PointGoalSlots:
         playing = np.flatnonzero(self.episode >= 0)
         if len(playing):
             episodes = self.episode[playing]
-            self.fields.prepare(playing, self.table.scene_index[episodes], self.table.goals[episodes])
+            self.fields.prepare(playing, self.source.scene_index[episodes], self.source.goals[episodes])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.env.config import EnvConfig
-from prnav.env.episode_table import EpisodeTable, load_table
+from prnav.env.episode_source import EpisodeSource, load_source
 from prnav.env.order import EpisodeOrder
 from prnav.env.pointgoal_slots import PointGoalSlots
 from prnav.env.spaces import NUM_ACTIONS, observation_space
@@ -27,14 +27,14 @@ class PointGoalNavEnv(gymnasium.Env):
 
     metadata = {"render_modes": []}
 
-    def __init__(self, config: EnvConfig | None = None, table: EpisodeTable | None = None, **settings: Any):
-        """Environment as ``config`` or single settings of :class:`EnvConfig` say, over ``table`` if given.
+    def __init__(self, config: EnvConfig | None = None, source: EpisodeSource | None = None, **settings: Any):
+        """Environment as ``config`` or single settings of :class:`EnvConfig` say, over ``source`` if given.
 
         Raises:
             PrnavError: a setting, a scene or an episode is wrong.
         """
         self.config = configure(config, settings)
-        self.slots = PointGoalSlots(load_table(self.config) if table is None else table, 1, self.config)
+        self.slots = PointGoalSlots(load_source(self.config) if source is None else source, 1, self.config)
         self.observation_space = observation_space(self.config, self.slots.num_sensors)
         self.action_space = gymnasium.spaces.Discrete(NUM_ACTIONS)
         self._order: EpisodeOrder | None = None
@@ -44,7 +44,7 @@ class PointGoalNavEnv(gymnasium.Env):
         super().reset(seed=seed)
         if seed is not None or self._order is None:
             first = int(self.np_random.integers(1 << 31)) if seed is None else seed
-            self._order = EpisodeOrder(len(self.slots.table), np.array([first]))
+            self._order = EpisodeOrder(len(self.slots.source), np.array([first]))
         chosen = (options or {}).get("episode")
         episode = self._order.draw(np.array([0])) if chosen is None else np.array([chosen])
         self.slots.begin([0], episode)
@@ -69,5 +69,5 @@ class PointGoalNavEnv(gymnasium.Env):
         return {name: value[0] for name, value in self.slots.observe().items()}
 
     def _facts(self) -> dict[str, Any]:
-        scene_id, episode_id = self.slots.table.ids[self.slots.episode[0]]
+        scene_id, episode_id = self.slots.source.id(self.slots.episode[0])
         return {"scene_id": scene_id, "episode_id": episode_id, "distance_to_goal": float(self.slots.distance[0])}

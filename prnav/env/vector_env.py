@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.env.config import EnvConfig
-from prnav.env.episode_table import EpisodeTable, load_table
+from prnav.env.episode_source import EpisodeSource, load_source
 from prnav.env.order import EpisodeOrder
 from prnav.env.pointgoal_slots import Observations, PointGoalSlots
 from prnav.env.spaces import NUM_ACTIONS, observation_space
@@ -36,7 +36,7 @@ class PointGoalNavVectorEnv(VectorEnv):
         self,
         num_envs: int = 1,
         config: EnvConfig | None = None,
-        table: EpisodeTable | None = None,
+        source: EpisodeSource | None = None,
         progress: Progress | None = None,
         **settings: Any,
     ):
@@ -45,7 +45,7 @@ class PointGoalNavVectorEnv(VectorEnv):
         Args:
             num_envs: N.
             config: all settings; defaults where None.
-            table: scenes and episodes loaded before, shared between environments; else they are loaded as the config
+            source: scenes and episodes loaded before, shared between environments; else they are loaded as the config
                 says.
             progress: called while scenes load.
             settings: single settings of :class:`EnvConfig` instead of a config, for ``gymnasium.make``.
@@ -56,15 +56,15 @@ class PointGoalNavVectorEnv(VectorEnv):
         self.config = configure(config, settings)
         if num_envs < 1:
             raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
-        table = load_table(self.config, progress) if table is None else table
-        self.slots = PointGoalSlots(table, num_envs, self.config)
+        source = load_source(self.config, progress) if source is None else source
+        self.slots = PointGoalSlots(source, num_envs, self.config)
         self.num_envs = num_envs
         self.render_mode = None
         self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.single_action_space = gymnasium.spaces.Discrete(NUM_ACTIONS)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self.order = EpisodeOrder(len(table), np.zeros(num_envs, np.int64))
+        self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
         self._next_theta: dict[int, NDArray[np.float64]] = {}
         self._observations: Observations = {}
 
@@ -74,11 +74,11 @@ class PointGoalNavVectorEnv(VectorEnv):
         """Begin a new episode in every agent, from new seeds if given (one, or one per agent).
 
         Without a seed the order of episodes goes on; the first reset without one draws seeds at random.
-        ``options={"episodes": indices}`` begins these rows of the table instead.
+        ``options={"episodes": indices}`` begins these rows of the source instead.
         """
         seeds = self._seeds(seed)
         if seeds is not None:
-            self.order = EpisodeOrder(len(self.slots.table), seeds)
+            self.order = EpisodeOrder(len(self.slots.source), seeds)
         everyone = np.arange(self.num_envs)
         chosen = (options or {}).get("episodes")
         episodes = self.order.draw(everyone) if chosen is None else np.asarray(chosen, np.int64)
@@ -136,7 +136,7 @@ class PointGoalNavVectorEnv(VectorEnv):
     def set_state(self, state: dict[str, NDArray[Any]]) -> None:
         """Go on where :meth:`get_state` was called; scenes, episodes and config must be the same."""
         self.slots.set_state(state)
-        self.order = EpisodeOrder(len(self.slots.table), state["order_seeds"])
+        self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
         self.order.drawn[:] = state["order_drawn"]
         agents = state["next_theta_agents"]
         self._next_theta = {int(agent): theta for agent, theta in zip(agents, state["next_theta"], strict=True)}
@@ -171,7 +171,7 @@ class PointGoalNavVectorEnv(VectorEnv):
 
     def _facts(self) -> dict[str, Any]:
         everyone = np.ones(self.num_envs, np.bool_)
-        ids = [self.slots.table.ids[episode] for episode in self.slots.episode]
+        ids = [self.slots.source.id(episode) for episode in self.slots.episode]
         scenes = np.array([scene for scene, _ in ids], dtype=object)
         episodes = np.array([episode for _, episode in ids], dtype=object)
         return {
@@ -199,7 +199,7 @@ class PointGoalNavVectorEnv(VectorEnv):
             final[name], final[f"_{name}"] = rows, ended
         for place, name in enumerate(("scene_id", "episode_id")):
             texts = np.full(self.num_envs, None, dtype=object)
-            texts[over] = [self.slots.table.ids[episode][place] for episode in self.slots.episode[over]]
+            texts[over] = [self.slots.source.id(episode)[place] for episode in self.slots.episode[over]]
             final[name], final[f"_{name}"] = texts, ended
         return final
 

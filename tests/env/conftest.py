@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from prnav.env import EnvConfig, load_table
+from prnav.env import EnvConfig, load_source
 
 
 @pytest.fixture(scope="session")
@@ -10,8 +10,8 @@ def config():
 
 
 @pytest.fixture(scope="session")
-def table(config):
-    return load_table(config)
+def source(config):
+    return load_source(config)
 
 
 @pytest.fixture

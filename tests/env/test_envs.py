@@ -11,28 +11,28 @@ from prnav.errors import ConfigError, DesignError, EpisodeError
 from prnav.tasks import PointGoalConfig
 
 
-def test_gymnasium_makes_both_and_finds_no_fault(config, table):
-    env = gymnasium.make("prnav/PointGoalNav-v0", config=config, table=table)
+def test_gymnasium_makes_both_and_finds_no_fault(config, source):
+    env = gymnasium.make("prnav/PointGoalNav-v0", config=config, source=source)
     check_env(env.unwrapped, skip_render_check=True)
     envs = gymnasium.make_vec(
-        "prnav/PointGoalNav-v0", num_envs=3, vectorization_mode="vector_entry_point", config=config, table=table
+        "prnav/PointGoalNav-v0", num_envs=3, vectorization_mode="vector_entry_point", config=config, source=source
     )
     observations, _ = envs.reset(seed=0)
     assert observations in envs.observation_space
     assert observations["photoreceptors"].shape == (3, len(envs.slots.design.sensors), 16, 3)
 
 
-def test_single_settings_work_and_a_misspelt_one_is_named(table):
-    env = PointGoalNavEnv(table=table, scenes="val", grid=1, rays_per_receptor=1)
+def test_single_settings_work_and_a_misspelt_one_is_named(source):
+    env = PointGoalNavEnv(source=source, scenes="val", grid=1, rays_per_receptor=1)
     assert env.reset(seed=0)[0]["photoreceptors"].shape[1:] == (1, 3)
     with pytest.raises(ConfigError, match="unknown key 'gird'; did you mean grid?"):
-        PointGoalNavEnv(table=table, gird=4)
+        PointGoalNavEnv(source=source, gird=4)
 
 
-def test_a_batch_equals_single_environments_step_for_step(config, table, random_actions):
+def test_a_batch_equals_single_environments_step_for_step(config, source, random_actions):
     short = dataclasses.replace(config, task=PointGoalConfig(max_steps=23))
-    batch = PointGoalNavVectorEnv(4, short, table)
-    singles = [PointGoalNavEnv(short, table) for _ in range(4)]
+    batch = PointGoalNavVectorEnv(4, short, source)
+    singles = [PointGoalNavEnv(short, source) for _ in range(4)]
     observations, _ = batch.reset(seed=10)
     alone = [single.reset(seed=10 + i)[0] for i, single in enumerate(singles)]
     for t in range(60):
@@ -54,8 +54,8 @@ def test_a_batch_equals_single_environments_step_for_step(config, table, random_
                 alone[i] = single.reset()[0]
 
 
-def test_time_limit_truncates_and_stop_terminates(config, table):
-    env = PointGoalNavEnv(dataclasses.replace(config, task=PointGoalConfig(max_steps=3)), table)
+def test_time_limit_truncates_and_stop_terminates(config, source):
+    env = PointGoalNavEnv(dataclasses.replace(config, task=PointGoalConfig(max_steps=3)), source)
     env.reset(seed=0)
     outcomes = [env.step(2)[2:4] for _ in range(3)]
     assert outcomes == [(False, False), (False, False), (False, True)]
@@ -63,9 +63,9 @@ def test_time_limit_truncates_and_stop_terminates(config, table):
     assert env.step(0)[2:4] == (True, False)
 
 
-def test_state_restores_to_the_bit(config, table, random_actions):
+def test_state_restores_to_the_bit(config, source, random_actions):
     short = dataclasses.replace(config, task=PointGoalConfig(max_steps=17))
-    first, second = PointGoalNavVectorEnv(3, short, table), PointGoalNavVectorEnv(3, short, table)
+    first, second = PointGoalNavVectorEnv(3, short, source), PointGoalNavVectorEnv(3, short, source)
     first.reset(seed=5)
     theta = np.random.Generator(np.random.PCG64(0)).normal(0, 0.1, (2, first.slots.num_sensors, 7))
     first.set_designs([0, 2], theta)
@@ -82,8 +82,8 @@ def test_state_restores_to_the_bit(config, table, random_actions):
         np.testing.assert_array_equal(one[1], two[1])
 
 
-def test_designs_change_at_the_next_episode_only(config, table):
-    env = PointGoalNavVectorEnv(2, dataclasses.replace(config, task=PointGoalConfig(max_steps=2)), table)
+def test_designs_change_at_the_next_episode_only(config, source):
+    env = PointGoalNavVectorEnv(2, dataclasses.replace(config, task=PointGoalConfig(max_steps=2)), source)
     before, _ = env.reset(seed=0)
     theta = np.full((1, env.slots.num_sensors, 7), 0.05)
     env.set_designs([1], theta)
@@ -93,22 +93,24 @@ def test_designs_change_at_the_next_episode_only(config, table):
     np.testing.assert_allclose(after[1], theta[0], rtol=1e-6)
 
 
-def test_a_bad_design_is_refused(config, table):
-    slots = PointGoalSlots(table, 1, config)
+def test_a_bad_design_is_refused(config, source):
+    slots = PointGoalSlots(source, 1, config)
     with pytest.raises(DesignError, match="not finite"):
         slots.set_theta([0], np.full((1, slots.num_sensors, 7), np.nan))
     with pytest.raises(DesignError, match=r"it must be \(1, "):
         slots.set_theta([0], np.zeros((1, 9, 7)))
 
 
-def test_an_unreachable_goal_is_named(config, table):
-    lost = dataclasses.replace(table, goals=table.goals + [0.0, 500.0, 0.0])
+def test_an_unreachable_goal_is_named(config, source):
+    lost = dataclasses.replace(
+        source, table=dataclasses.replace(source.table, goal_position=source.goals + [0.0, 500.0, 0.0])
+    )
     with pytest.raises(EpisodeError, match="its goal cannot be reached from its start"):
         PointGoalSlots(lost, 1, config).begin([0], [0])
 
 
-def test_the_oracle_arrives_on_a_nearly_shortest_path(config, table):
-    env = PointGoalNavVectorEnv(16, dataclasses.replace(config, vision=False), table)
+def test_the_oracle_arrives_on_a_nearly_shortest_path(config, source):
+    env = PointGoalNavVectorEnv(16, dataclasses.replace(config, vision=False), source)
     env.reset(seed=3)
     spl, success = [], []
     for _ in range(150):
@@ -122,8 +124,8 @@ def test_the_oracle_arrives_on_a_nearly_shortest_path(config, table):
     assert np.mean(spl) > 0.9
 
 
-def test_reward_sums_to_the_progress_made(config, table, random_actions):
-    env = PointGoalNavVectorEnv(8, dataclasses.replace(config, vision=False), table)
+def test_reward_sums_to_the_progress_made(config, source, random_actions):
+    env = PointGoalNavVectorEnv(8, dataclasses.replace(config, vision=False), source)
     env.reset(seed=0)
     begin, total = env.slots.distance.copy(), np.zeros(8)
     for _ in range(20):

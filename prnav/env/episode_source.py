@@ -1,0 +1,102 @@
+"""Scenes and the episodes in them: what an environment draws from."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.config import from_mapping
+from prnav.env.config import EnvConfig
+from prnav.episodes import EpisodeTable, check_scenes, load_builtin_table, load_episode_table, up_axis
+from prnav.navmesh import NavMeshSettings
+from prnav.sim import World, load_world
+from prnav.sim.world import Progress
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeSource:
+    """E episodes as columns, and the world of their scenes (in the columns' numbering)."""
+
+    world: World
+    table: EpisodeTable
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    def id(self, row: int | np.integer) -> tuple[str, str]:
+        """(scene_id, episode_id) of one episode."""
+        return self.table.scene_id(int(row)), str(self.table.episode_ids[row])
+
+    @cached_property
+    def ids(self) -> tuple[tuple[str, str], ...]:
+        """(scene_id, episode_id) of all episodes."""
+        return tuple(self.id(row) for row in range(len(self)))
+
+    @property
+    def scene_index(self) -> NDArray[np.int32]:
+        """Scene of each episode, (E,)."""
+        return self.table.scene_index
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        """Where they start, (E, 3) [m]."""
+        return self.table.start_position
+
+    @cached_property
+    def yaws(self) -> NDArray[np.float64]:
+        """Where agents look at the start, (E,) [rad]."""
+        return self.table.start_yaw
+
+    @property
+    def goals(self) -> NDArray[np.float64]:
+        """Where to go, (E, 3) [m]."""
+        return self.table.goal_position
+
+    def first(self, count: int) -> EpisodeSource:
+        """At most ``count`` episodes, spread evenly over the list and so over its scenes."""
+        if count >= len(self):
+            return self
+        rows = np.arange(count) * len(self) // count
+        return dataclasses.replace(self, table=self.table.take(rows))
+
+
+def load_source(config: EnvConfig, progress: Progress | None = None) -> EpisodeSource:
+    """Scenes and episodes that a config asks for.
+
+    What the episode files' header says of up axis and navmesh counts, since the episodes were drawn with that; scenes
+    are held against its hashes.
+
+    Raises:
+        EpisodeError: an episode file is missing or broken, or belongs to other scenes.
+        SceneError: a scene is missing or broken.
+        NavMeshError: a scene has no floor to walk on.
+    """
+    if config.episodes is not None:
+        source = config.episodes
+        table, header = load_episode_table(config.episodes, config.episode_split)
+    else:
+        source = f"built-in episodes ({config.scenes})"
+        table, header = load_builtin_table(
+            config.scenes, config.episodes_per_scene, config.episode_seed, config.max_scenes, progress
+        )
+    world = load_world(
+        table.scene_ids,
+        data_root=None if config.data_root is None else Path(config.data_root),
+        scene_files=[Path(file) for file in config.scene_files],
+        up=up_axis(header, config.up, source),
+        settings=_settings(header, config.navmesh, source),
+        progress=progress,
+    )
+    check_scenes(header, dict(zip(world.scene_ids, world.scenes, strict=True)), source)
+    return EpisodeSource(world, table)
+
+
+def _settings(header: dict[str, Any], default: NavMeshSettings, source: str) -> NavMeshSettings:
+    stored = header.get("prnav", {}).get("navmesh") if isinstance(header.get("prnav"), dict) else None
+    return from_mapping(NavMeshSettings, stored, source, "prnav.navmesh.") if isinstance(stored, dict) else default
