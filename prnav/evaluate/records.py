@@ -114,6 +114,11 @@ class RecordWriter:
         if len(self._block) >= BLOCK_EPISODES or time.monotonic() - self._block_started > BLOCK_SECONDS:
             self._flush()
 
+    def all_rows(self, order: Sequence[EpisodeId]) -> list[dict[str, Any]]:
+        """Rows of all episodes in this order, once each has been added."""
+        self._flush()
+        return [self.rows[episode] for episode in order]
+
     def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, Any]) -> Evaluation:
         """Put rows and trajectories in the order of the episode list and mark the evaluation finished.
 
@@ -121,8 +126,7 @@ class RecordWriter:
             order: (scene_id, episode_id) of every episode.
             extra: added to ``evaluation.json``: measures and the like.
         """
-        self._flush()
-        rows = [self.rows[episode] for episode in order]
+        rows = self.all_rows(order)
         stored: dict[EpisodeId, Trajectory] = {}
         for part in sorted((self.directory / PARTIAL).glob("*.npz")):
             stored.update(_read_trajectories(part))

@@ -29,6 +29,7 @@ MEASURES: tuple[Measure, ...] = (
     Measure("success", "Success", "", 3, +1),
     Measure("spl", "SPL", "", 3, +1),
     Measure("soft_spl", "SoftSPL", "", 3, +1),
+    Measure("soft_spl_closest", "SoftSPL, closest", "", 3, +1),
     Measure("distance_to_goal", "Distance to goal", "m", 2, -1),
     Measure("collisions", "Collisions", "", 1, -1),
     Measure("path_length", "Path length", "m", 2, 0),

@@ -1,0 +1,1 @@
+"""Reports: tables, curves, maps with trajectories, drawings of designs, one static page. Needs no torch."""

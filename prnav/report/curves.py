@@ -1,0 +1,111 @@
+"""Learning curves from a run's ``metrics.jsonl``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from prnav.errors import RecordError
+from prnav.report import style
+
+METRICS = "metrics.jsonl"
+
+
+def read_metrics(run: str | Path) -> list[dict[str, Any]]:
+    """Rows of a run's metrics in order; a last row that a kill cut short is left out.
+
+    Raises:
+        RecordError: the file is missing, or broken elsewhere.
+    """
+    path = Path(run) / METRICS
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"{path}: cannot be read ({error}); give the directory of a training run") from error
+    rows = []
+    lines = text.split("\n")
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            row = json.loads(line)
+        except ValueError as error:
+            if number == len(lines):
+                break
+            raise RecordError(f"{path}: line {number} is not valid JSON ({error}); restore the file") from error
+        if not isinstance(row, dict):
+            raise RecordError(f"{path}: line {number} is {line[:40]!r}; it must be an object")
+        rows.append(row)
+    return rows
+
+
+def series(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Steps and values (n,), (n,) of the rows that have a metric, named by its path as in "measures.spl"."""
+    pairs = [(row.get("step"), _metric(row, key)) for row in rows]
+    known = [pair for pair in pairs if all(isinstance(number, int | float) for number in pair)]
+    steps, values = np.array(known, dtype=np.float64).reshape(-1, 2).T
+    return steps, values
+
+
+def _metric(row: Mapping[str, Any], key: str) -> Any:
+    value: Any = row
+    for name in key.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    return value
+
+
+def smooth(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """Mean over a window of ``width`` values around each, narrower at the ends; shape of the input, NaN ignored."""
+    known = np.isfinite(values)
+    total = np.convolve(np.where(known, values, 0.0), np.ones(width), mode="same")
+    count = np.convolve(known.astype(float), np.ones(width), mode="same")
+    return np.divide(total, count, out=np.full(len(values), np.nan), where=count > 0)
+
+
+def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping[str, str]) -> Figure | None:
+    """Learning curves of runs side by side.
+
+    Args:
+        runs: name to rows of :func:`read_metrics`.
+        panels: metric's key to its title; those no run has are left out.
+
+    Returns:
+        The figure, or None where no run has any of the metrics.
+    """
+    shown = [key for key in panels if any(len(series(rows, key)[0]) for rows in runs.values())]
+    if not shown:
+        return None
+    figure = style.new_figure(4.1 * len(shown), 3.1 + 0.3 * (len(runs) > 1))
+    with style.styled():
+        grid = figure.subplots(1, len(shown), squeeze=False)[0]
+        for axes, key in zip(grid, shown, strict=True):
+            for color, (name, rows) in zip(style.SERIES * len(runs), runs.items(), strict=False):
+                steps, values = series(rows, key)
+                if not len(steps):
+                    continue
+                width = max(1, len(values) // 40) | 1
+                if width > 1:
+                    axes.plot(steps, values, color=color, linewidth=0.8, alpha=0.25)
+                axes.plot(steps, smooth(values, width), color=color, linewidth=2.0, label=name)
+            axes.set_title(panels[key])
+            axes.set_xlabel("environment steps")
+            axes.xaxis.set_major_formatter(_short)
+            axes.xaxis.get_major_locator().set_params(nbins=5)
+        if len(runs) > 1:
+            handles, labels = grid[0].get_legend_handles_labels()
+            figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _short(value: float, _position: object = None) -> str:
+    """A count of steps as a reader says it: 20k, 1.5M."""
+    for size, suffix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(value) >= size:
+            return f"{value / size:g}{suffix}"
+    return f"{value:g}"

@@ -1,0 +1,71 @@
+"""Tables of results: for the terminal (rich) and for a page (HTML)."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.table import Table
+
+from prnav.evaluate.intervals import Interval
+from prnav.evaluate.records import Evaluation
+from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
+
+
+def intervals_of(header: Mapping[str, Any]) -> dict[str, Interval]:
+    """Measures of a finished evaluation from its header; null is infinity."""
+    infinity = float("inf")
+    return {
+        key: Interval(*(infinity if value[name] is None else float(value[name]) for name in ("mean", "low", "high")))
+        for key, value in header.get("measures", {}).items()
+    }
+
+
+def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
+    """One evaluation: a line per measure with its mean and 95 % interval."""
+    table = Table(title=title, title_justify="left", title_style="bold")
+    table.add_column("measure")
+    table.add_column("mean", justify="right")
+    table.add_column("95 % interval", justify="right", style="dim")
+    table.add_column("", style="dim")
+    for key, interval in measures.items():
+        measure = BY_KEY.get(key)
+        table.add_row(
+            measure.label if measure else key, *format_interval(key, interval), measure.unit if measure else ""
+        )
+    return table
+
+
+def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> str:
+    """Evaluations as an HTML table, one row each; the best mean of each measure stands out."""
+    results = [intervals_of(evaluation.header) for evaluation in evaluations]
+    keys = [measure.key for measure in MEASURES if any(measure.key in result for result in results)]
+    best = {key: _best(key, results) for key in keys}
+    head = "".join(f"<th>{html.escape(BY_KEY[key].label)}{_unit(key)}</th>" for key in keys)
+    lines = []
+    for name, evaluation, result in zip(names, evaluations, results, strict=True):
+        cells = [f"<th>{html.escape(name)}</th>", f"<td>{evaluation.header.get('episodes', 0)}</td>"]
+        for key in keys:
+            if key not in result:
+                cells.append("<td>–</td>")
+                continue
+            mean, ends = format_interval(key, result[key])
+            strong = len(evaluations) > 1 and best[key] == result[key].mean
+            mean = f"<b>{mean}</b>" if strong else mean
+            cells.append(f"<td>{mean}<small>{ends}</small></td>")
+        lines.append(f"<tr>{''.join(cells)}</tr>")
+    return (
+        f"<table><thead><tr><th>evaluation</th><th>episodes</th>{head}</tr></thead>"
+        f"<tbody>{''.join(lines)}</tbody></table>"
+    )
+
+
+def _unit(key: str) -> str:
+    return f" [{BY_KEY[key].unit}]" if BY_KEY[key].unit else ""
+
+
+def _best(key: str, results: Sequence[Mapping[str, Interval]]) -> float | None:
+    means = [result[key].mean for result in results if key in result]
+    better = BY_KEY[key].better
+    return None if better == 0 or len(means) < 2 else (max(means) if better > 0 else min(means))
