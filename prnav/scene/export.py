@@ -63,12 +63,12 @@ def save_glb(scene: SceneMesh, path: str | Path) -> None:
             "POSITION": buffer.accessor(
                 positions, _FLOAT, "VEC3", min=positions.min(axis=0).tolist(), max=positions.max(axis=0).tolist()
             ),
-            "TEXCOORD_0": buffer.accessor(scene.uvs[rows], _FLOAT, "VEC2"),
             "COLOR_0": buffer.accessor(colors, _UBYTE, "VEC4", normalized=True),
         }
         indices = buffer.accessor(local.reshape(-1).astype(np.uint32), _UINT, "SCALAR")
         surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
         if texture > 0:
+            attributes["TEXCOORD_0"] = buffer.accessor(scene.uvs[rows], _FLOAT, "VEC2")
             surface["baseColorTexture"] = {"index": images.index(texture)}
         materials.append({"pbrMetallicRoughness": surface, "extensions": {"KHR_materials_unlit": {}}})
         primitives.append({"attributes": attributes, "indices": indices, "material": len(materials) - 1})

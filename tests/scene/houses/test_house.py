@@ -119,6 +119,8 @@ def test_an_exported_home_reads_back_the_same(homes, tmp_path, monkeypatch):
     order = np.argsort(home.face_texture, kind="stable")  # the file has one primitive per texture
     for field, tolerance in (("vertices", 0.0), ("uvs", 1e-5), ("colors", 0.0)):
         before, after = getattr(home, field)[home.faces[order]], getattr(back, field)[back.faces]
+        if field == "uvs":  # plain white needs none
+            before, after = before[back.face_texture > 0], after[back.face_texture > 0]
         assert np.allclose(before, after, rtol=0.0, atol=tolerance), field
     for before, after in zip(home.face_texture[order][::50], back.face_texture[::50], strict=True):
         assert np.array_equal(home.atlas.image(before), back.atlas.image(after))
