@@ -155,8 +155,8 @@ def check_scenes(header: Mapping[str, Any], scenes: Mapping[str, SceneMesh], sou
         if scene_id in hashes and hashes[scene_id] != scene.hash:
             raise EpisodeError(
                 f"{source}: its episodes in {scene_id} belong to a scene with hash {str(hashes[scene_id])[:12]}, but "
-                f"this one has {scene.hash[:12]}; generate the episodes again (prnav-episodes), or use the prnav version "
-                f"they were made with ({_made_from(header, source).get('version')})"
+                f"this one has {scene.hash[:12]}; generate the episodes again (prnav-episodes), or use the prnav "
+                f"version they were made with ({_made_from(header, source).get('version')})"
             )
 
 

@@ -1,0 +1,244 @@
+"""``prnav-episodes``: draw episodes in scenes, check files of them, and say what is in them."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from prnav.cli._common import command
+from prnav.errors import EpisodeError, SceneError
+
+if TYPE_CHECKING:
+    from prnav.episodes import EpisodeTable
+    from prnav.scene import SceneMesh
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    p = argparse.ArgumentParser(prog="prnav-episodes", description="Episodes in Habitat's PointNav format.")
+    commands = p.add_subparsers(dest="command", required=True)
+
+    sub = commands.add_parser("generate", help="draw episodes in scenes by Habitat's rules")
+    where = sub.add_mutually_exclusive_group(required=True)
+    where.add_argument("--scene", metavar="FILE", action="append", help="mesh file or built-in id (repeatable)")
+    where.add_argument("--scenes", metavar="SPLIT", choices=("train", "val", "test"), help="split of built-in homes")
+    sub.add_argument("--split", metavar="NAME", required=True, help="name of the split to write")
+    sub.add_argument("--per-scene", metavar="N", type=_positive, required=True, help="episodes per scene")
+    sub.add_argument("--seed", metavar="S", type=_natural, default=0, help="another seed, other episodes (default: 0)")
+    sub.add_argument("--out", metavar="DIR", type=Path, required=True, help="writes DIR/NAME/NAME.json.gz")
+    sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis of mesh files (default: y)")
+    sub.add_argument("--data-root", metavar="DIR", type=Path, help="folder that scene ids in the file are relative to")
+    sub.set_defaults(run=_generate)
+
+    sub = commands.add_parser("builtin", help="draw the shipped episodes of the built-in homes anew")
+    sub.add_argument("--split", choices=("val", "test"), action="append", help="default: both")
+    sub.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: where they are shipped)")
+    sub.set_defaults(run=_builtin)
+
+    sub = commands.add_parser("check", help="read a file or folder, and try its episodes in their scenes")
+    _add_dataset(sub)
+    sub.add_argument("--scene", metavar="FILE", type=Path, action="append", default=[], help="mesh file (repeatable)")
+    sub.add_argument("--data-root", metavar="DIR", type=Path, help="folder under which its scenes are")
+    sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis where the file says none (default: y)")
+    sub.set_defaults(run=_check)
+
+    sub = commands.add_parser("info", help="scenes, distances and difficulty of a file or folder")
+    _add_dataset(sub)
+    sub.set_defaults(run=_info)
+    return p
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point."""
+    options = parser().parse_args(argv)
+    status: int = options.run(options)
+    return status
+
+
+def _add_dataset(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("path", metavar="PATH", help="episode file, folder in Habitat's layout, or builtin")
+    sub.add_argument("--split", metavar="NAME", help="split of a folder or of builtin that has several")
+
+
+def _positive(text: str) -> int:
+    if not text.isdigit() or not int(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def _natural(text: str) -> int:
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return int(text)
+
+
+def _progress() -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=Console(stderr=True), transient=True)
+
+
+def _generate(options: argparse.Namespace) -> int:
+    from prnav.episodes import EpisodeDataset, concatenate_tables, generate_table, make_header, save_episodes
+    from prnav.navmesh import NavMeshSettings, load_navmesh
+    from prnav.scene import load_scene, scene_ids
+
+    if not _NAME.fullmatch(options.split):
+        raise EpisodeError(f"--split {options.split!r} cannot name a file; use letters, digits, '-', '_' and '.'")
+    sources = scene_ids(options.scenes) if options.scenes else list(dict.fromkeys(options.scene))
+    ids = [_scene_id(source, options.data_root) for source in sources]
+    twice = sorted({scene_id for scene_id in ids if ids.count(scene_id) > 1})
+    if twice:
+        raise SceneError(f"--scene: two files would both be called {twice[0]}; give --data-root, a folder above both")
+    folder = options.out / options.split
+    path = folder / f"{options.split}.json.gz"
+    _refuse_foreign_content(folder, ids)
+    settings = NavMeshSettings()
+    tables, hashes = [], {}
+    with _progress() as bars:
+        task = bars.add_task("", total=len(ids) * options.per_scene)
+        for done, (source, scene_id) in enumerate(zip(sources, ids, strict=True)):
+            bars.update(task, description=scene_id, completed=done * options.per_scene)
+            scene = load_scene(source, options.up)
+            hashes[scene_id] = scene.hash
+            navmesh = load_navmesh(scene, settings)
+
+            def count(episodes: int, before: int = done * options.per_scene) -> None:
+                bars.update(task, completed=before + episodes)
+
+            tables.append(generate_table(navmesh, scene_id, options.per_scene, options.seed, progress=count))
+    table = concatenate_tables(tables)
+    header = make_header(settings, options.up, options.seed, hashes)
+    save_episodes(EpisodeDataset(tuple(table.to_episodes()), header), path, content=len(ids) > 1)
+    print(f"{path}: {len(table)} episodes in {len(ids)} scene{'s' * (len(ids) > 1)}")
+    return 0
+
+
+def _scene_id(source: str, data_root: Path | None) -> str:
+    """What an episode file calls a scene: a built-in id, a path relative to the data root, or a file name."""
+    if source.startswith("prhouses/"):
+        return source
+    path = Path(source)
+    if data_root is None:
+        return path.name
+    if not path.resolve().is_relative_to(data_root.resolve()):
+        raise SceneError(f"{source}: not inside the data root {data_root}; give a folder above it, or leave it out")
+    return path.resolve().relative_to(data_root.resolve()).as_posix()
+
+
+def _refuse_foreign_content(folder: Path, ids: Sequence[str]) -> None:
+    """Refuse a folder whose ``content`` has scenes that would be read together with those about to be written."""
+    from prnav.episodes.files import content_names
+
+    ours = {f"{name}.json.gz" for name in content_names(ids).values()} if len(ids) > 1 else set()
+    content = folder / "content"
+    foreign = sorted(file.name for file in content.iterdir() if file.name not in ours) if content.is_dir() else []
+    if foreign:
+        raise EpisodeError(
+            f"{content} holds episodes of other scenes ({foreign[0]}), which would be read together with these; "
+            "remove the folder, or choose another --out or --split"
+        )
+
+
+def _builtin(options: argparse.Namespace) -> int:
+    from prnav.episodes import builtin_path, make_builtin_episodes, save_episodes
+
+    for split in options.split or ("val", "test"):
+        path = builtin_path(split) if options.out is None else options.out / f"{split}.json.gz"
+        with _progress() as bars:
+            task = bars.add_task(split, total=None)
+
+            def show(done: int, count: int, name: str, bars: Progress = bars, task: Any = task) -> None:
+                bars.update(task, description=name, completed=done, total=count)
+
+            dataset = make_builtin_episodes(split, show)
+        save_episodes(dataset, path)
+        print(f"{path}: {len(dataset.episodes)} episodes in {len(dataset.scene_ids)} scenes")
+    return 0
+
+
+def _load(options: argparse.Namespace) -> tuple[EpisodeTable, dict[str, Any], str]:
+    from prnav.episodes import load_builtin_table, load_episode_table
+
+    if options.path == "builtin":
+        if options.split is None:
+            raise EpisodeError("builtin episodes have several splits; add --split val or --split test")
+        return *load_builtin_table(options.split), f"built-in episodes ({options.split})"
+    return *load_episode_table(options.path, options.split), options.path
+
+
+def _check(options: argparse.Namespace) -> int:
+    from prnav.episodes.check import duplicate_ids, misplaced
+    from prnav.navmesh import load_navmesh
+
+    table, header, source = _load(options)
+    problems = duplicate_ids(table)
+    absent: list[str] = []
+    with _progress() as bars:
+        for scene_id in bars.track(table.scene_ids, description="scenes"):
+            try:
+                scene = _open_scene(scene_id, header, source, options)
+            except SceneError as error:
+                given = options.scene or options.data_root is not None or scene_id.startswith("prhouses/")
+                (problems if given else absent).append(f"{scene_id}: {error}")
+                continue
+            except EpisodeError as error:
+                problems.append(str(error))
+                continue
+            problems.extend(misplaced(table, scene_id, load_navmesh(scene)))
+    for line in problems:
+        print(line)
+    print(f"{source}: {len(table)} episodes in {len(table.scene_ids)} scenes, {len(problems)} problems")
+    if absent:
+        print(f"{len(absent)} scenes are not here, their episodes were read but not tried: {absent[0]}")
+    return 1 if problems else 0
+
+
+def _open_scene(scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace) -> SceneMesh:
+    from prnav.episodes import check_scenes, up_axis
+    from prnav.scene import load_scene, resolve_scene
+
+    found = resolve_scene(scene_id, options.data_root, options.scene)
+    scene = load_scene(found, up_axis(header, options.up, source))
+    check_scenes(header, {scene_id: scene}, source)
+    return scene
+
+
+def _info(options: argparse.Namespace) -> int:
+    from prnav.episodes import difficulty
+
+    table, header, source = _load(options)
+    counts = np.bincount(table.scene_index, minlength=len(table.scene_ids))
+    print(f"file         {source}")
+    print(f"episodes     {len(table):,}")
+    print(f"scenes       {len(table.scene_ids)}, {counts.min():,} to {counts.max():,} episodes each")
+    for scene_id, count in list(zip(table.scene_ids, counts, strict=True))[:6]:
+        print(f"             {scene_id}  {count:,}")
+    if len(table.scene_ids) > 6:
+        print(f"             ... {len(table.scene_ids) - 6} more")
+    straight = np.linalg.norm(table.goal_position - table.start_position, axis=1)
+    known = np.isfinite(table.geodesic_distance) & (straight > 0)
+    if known.any():
+        distances = table.geodesic_distance[known]
+        print(f"geodesic     {_spread(distances)} m")
+        print(f"to straight  {_spread(distances / straight[known])}")
+        words = [difficulty(distance) for distance in distances]
+        print(f"difficulty   {', '.join(f'{words.count(w):,} {w}' for w in ('easy', 'medium', 'hard'))}")
+    made = header.get("prnav")
+    if isinstance(made, dict):
+        print(f"made by      prnav {made.get('version')}, seed {made.get('seed')}, up {made.get('up')}")
+    return 0
+
+
+def _spread(values: np.ndarray[Any, Any]) -> str:
+    low, quarter, middle, three, high = np.percentile(values, [0, 25, 50, 75, 100])
+    return f"{low:.2f} to {high:.2f}, quartiles {quarter:.2f} {middle:.2f} {three:.2f}, mean {values.mean():.2f}"
