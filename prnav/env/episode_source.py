@@ -58,16 +58,17 @@ class EpisodeSource:
         """Where to go, (E, 3) [m]."""
         return self.table.goal_position
 
-    def first(self, count: int) -> EpisodeSource:
-        """At most ``count`` episodes, spread evenly over the list and so over its scenes."""
-        if count >= len(self):
-            return self
-        rows = np.arange(count) * len(self) // count
-        return dataclasses.replace(self, table=self.table.take(rows))
 
-
-def load_source(config: EnvConfig, progress: Progress | None = None) -> EpisodeSource:
+def load_source(
+    config: EnvConfig, progress: Progress | None = None, *, limit: int | None = None, up: str | None = None
+) -> EpisodeSource:
     """Scenes and episodes that a config asks for.
+
+    Args:
+        config: which ones.
+        progress: called while scenes load.
+        limit: at most so many episodes, dealt evenly over the scenes; scenes that have none are not loaded.
+        up: up axis of the scenes' files, whatever the episodes' header says.
 
     What the episode files' header says of up axis and navmesh counts, since the episodes were drawn with that; scenes
     are held against its hashes.
@@ -85,16 +86,32 @@ def load_source(config: EnvConfig, progress: Progress | None = None) -> EpisodeS
         table, header = load_builtin_table(
             config.scenes, config.episodes_per_scene, config.episode_seed, config.max_scenes, progress
         )
+    if limit is not None:
+        table = deal(table, limit)
     world = load_world(
         table.scene_ids,
         data_root=None if config.data_root is None else Path(config.data_root),
         scene_files=[Path(file) for file in config.scene_files],
-        up=up_axis(header, config.up, source),
+        up=up or up_axis(header, config.up, source),
         settings=_settings(header, config.navmesh, source),
         progress=progress,
     )
     check_scenes(header, dict(zip(world.scene_ids, world.scenes, strict=True)), source)
     return EpisodeSource(world, table)
+
+
+def deal(table: EpisodeTable, limit: int) -> EpisodeTable:
+    """At most ``limit`` episodes in their old order: the first of each scene, then the second of each, and so on."""
+    if limit >= len(table):
+        return table
+    by_scene = np.argsort(table.scene_index, kind="stable")
+    first = np.searchsorted(table.scene_index[by_scene], table.scene_index[by_scene])
+    turn = np.empty(len(table), np.int64)
+    turn[by_scene] = np.arange(len(table)) - first
+    rows = np.sort(np.lexsort((np.arange(len(table)), turn))[:limit])
+    used, scene_index = np.unique(table.scene_index[rows], return_inverse=True)
+    scenes = tuple(table.scene_ids[scene] for scene in used)
+    return dataclasses.replace(table.take(rows), scene_ids=scenes, scene_index=scene_index.astype(np.int32))
 
 
 def _settings(header: dict[str, Any], default: NavMeshSettings, source: str) -> NavMeshSettings:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import prnav
+from prnav.cache import cache_key, hash_arrays
 from prnav.config import to_mapping
 from prnav.env.config import EnvConfig
-from prnav.env.episode_table import EpisodeTable, configured_episodes, episode_table
+from prnav.env.episode_source import EpisodeSource, load_source
 from prnav.env.pointgoal_slots import PointGoalSlots
-from prnav.episodes import Episode, EpisodeDataset
-from prnav.episodes.builtin import check_scenes, up_axis
-from prnav.errors import EpisodeError
 from prnav.evaluate.agents import Agent, reference_agent
 from prnav.evaluate.evaluator import Played, play_episodes
-from prnav.evaluate.maps import heights_by_scene, make_maps, save_maps
+from prnav.evaluate.maps import FloorMap, make_maps, save_maps
 from prnav.evaluate.records import Evaluation, RecordWriter
 from prnav.evaluate.summary import summarise
-from prnav.sim.world import Progress, load_world
+from prnav.sim.world import Progress
 
 if TYPE_CHECKING:
     from prnav.evaluate.learned import ActionChoice, TrainedRun
@@ -37,21 +34,20 @@ class Questions:
 
     name: str
     """Split or file they come from."""
-    table: EpisodeTable
-    hash: str
-    """First 16 hex digits of a SHA-256 over scenes, starts and goals."""
+    source: EpisodeSource
+
+    @cached_property
+    def hash(self) -> str:
+        """First 16 hex digits of a SHA-256 over ids, starts and goals in order."""
+        source = self.source
+        places = hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals})
+        return cache_key(source.ids, places)[:16]
 
 
 def load_questions(
-    config: EnvConfig, limit: int | None, up: str | None = None, progress: Progress | None = None
+    config: EnvConfig, limit: int | None = None, up: str | None = None, progress: Progress | None = None
 ) -> Questions:
-    """Episodes that a config names, ``limit`` of them at most, and the scenes that these need.
-
-    Args:
-        config: the environment's.
-        limit: at most so many, dealt evenly over the scenes: the first of each scene, then the second of each.
-        up: up axis of mesh files; None takes what the episodes' header says, else the config's.
-        progress: called while scenes load.
+    """Episodes that a config names and the scenes they need; arguments as :func:`prnav.env.load_source`.
 
     Raises:
         EpisodeError: the episodes cannot be read, there are none, or they belong to other scenes than these.
@@ -59,42 +55,7 @@ def load_questions(
         NavMeshError: a scene has no floor.
     """
     name = config.scenes if config.episodes is None else Path(config.episodes).name
-    dataset = configured_episodes(config, progress)
-    episodes = spread(dataset.episodes, limit)
-    if not episodes:
-        raise EpisodeError(f"{name}: there are no episodes to evaluate; generate some with prnav-episodes generate")
-    world = load_world(
-        EpisodeDataset(tuple(episodes)).scene_ids,
-        data_root=None if config.data_root is None else Path(config.data_root),
-        scene_files=[Path(file) for file in config.scene_files],
-        up=up or up_axis(dataset.header, config.up, name),
-        settings=config.navmesh,
-        progress=progress,
-    )
-    check_scenes(dataset.header, dict(zip(world.scene_ids, world.scenes, strict=True)), name)
-    return Questions(name, episode_table(world, episodes), hash_episodes(episodes))
-
-
-def spread(episodes: Sequence[Episode], limit: int | None) -> list[Episode]:
-    """At most ``limit`` episodes, as many from each scene as from any other give or take one, in their old order."""
-    if limit is None or limit >= len(episodes):
-        return list(episodes)
-    seen: dict[str, int] = {}
-    places = []
-    for index, episode in enumerate(episodes):
-        turn = seen.get(episode.scene_id, 0)
-        seen[episode.scene_id] = turn + 1
-        places.append((turn, index))
-    return [episodes[index] for index in sorted(index for _, index in sorted(places)[:limit])]
-
-
-def hash_episodes(episodes: Sequence[Episode]) -> str:
-    """First 16 hex digits of a SHA-256 over ids, starts and goals in order."""
-    rows = [
-        (e.scene_id, e.episode_id, e.start_position, e.start_rotation, [goal.position for goal in e.goals])
-        for e in episodes
-    ]
-    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()[:16]
+    return Questions(name, load_source(config, progress, limit=limit, up=up))
 
 
 def describe(questions: Questions, config: EnvConfig, agent: Agent, seed: int, facts: dict[str, Any]) -> dict[str, Any]:
@@ -144,36 +105,38 @@ def evaluate_pointgoal(
     trained = not isinstance(agent, str)
     if not trained:
         config = dataclasses.replace(config, vision=False)
-    table = questions.table
-    slots = PointGoalSlots(table, min(num_envs, len(table)), config)
+    source = questions.source
+    slots = PointGoalSlots(source, min(num_envs, len(source)), config)
     player, facts = _player(agent, actions, slots, config, device)
     header = describe(questions, config, player, seed, facts)
     with RecordWriter(directory, header, restart) as writer:
-        todo = [index for index, episode in enumerate(table.ids) if episode not in writer.rows]
-        done = len(table) - len(todo)
-        progress(done, len(table))
+        todo = [index for index, episode in enumerate(source.ids) if episode not in writer.rows]
+        done = len(source) - len(todo)
+        progress(done, len(source))
 
         def keep(played: Played) -> None:
             nonlocal done
-            places = {"start": table.starts[played.index].tolist(), "goal": table.goals[played.index].tolist()}
+            places = {"start": source.starts[played.index].tolist(), "goal": source.goals[played.index].tolist()}
             writer.add(dataclasses.replace(played, row={**played.row, **places}))
             done += 1
-            progress(done, len(table))
+            progress(done, len(source))
 
         play_episodes(slots, player, todo, seed, keep)
         measures = {
-            key: dataclasses.asdict(interval) for key, interval in summarise(writer.all_rows(table.ids)).items()
+            key: dataclasses.asdict(interval) for key, interval in summarise(writer.all_rows(source.ids)).items()
         }
-        save_maps(directory, floor_plans(table))
-        return writer.finish(table.ids, {"measures": measures})
+        save_maps(directory, floor_plans(source))
+        return writer.finish(source.ids, {"measures": measures})
 
 
-def floor_plans(table: EpisodeTable, metres_per_pixel: float = 0.05) -> list[Any]:
-    """Floor plans of all scenes of a table."""
-    rows = [(scene, start, goal) for (scene, _), start, goal in zip(table.ids, table.starts, table.goals, strict=True)]
-    heights = heights_by_scene(rows)
-    navmeshes = {scene: table.world.navmeshes[table.world.index[scene]] for scene in heights}
-    return make_maps(((scene, navmeshes[scene], np.array(heights[scene])) for scene in heights), metres_per_pixel)
+def floor_plans(source: EpisodeSource, metres_per_pixel: float = 0.05) -> list[FloorMap]:
+    """Floor plans of the scenes that have episodes."""
+    scenes = []
+    for index, (scene_id, navmesh) in enumerate(zip(source.world.scene_ids, source.world.navmeshes, strict=True)):
+        here = source.scene_index == index
+        if here.any():
+            scenes.append((scene_id, navmesh, np.concatenate([source.starts[here, 1], source.goals[here, 1]])))
+    return make_maps(scenes, metres_per_pixel)
 
 
 def _player(

@@ -7,6 +7,7 @@ from gymnasium.utils.env_checker import check_env
 
 import prnav  # noqa: F401 (registers the environments)
 from prnav.env import PointGoalNavEnv, PointGoalNavVectorEnv, PointGoalSlots
+from prnav.env.episode_source import deal
 from prnav.errors import ConfigError, DesignError, EpisodeError
 from prnav.tasks import PointGoalConfig
 
@@ -131,3 +132,11 @@ def test_reward_sums_to_the_progress_made(config, source, random_actions):
     for _ in range(20):
         total += env.step(random_actions(8))[1]
     np.testing.assert_allclose(total, begin - env.slots.distance - 20 * 0.003, atol=1e-9)
+
+
+def test_episodes_are_dealt_evenly_over_scenes(source):
+    dealt = deal(source.table, 3)
+    assert [dealt.scene_id(row) for row in range(3)] == [source.table.scene_id(row) for row in (0, 1, 60)]
+    only = deal(source.table, 1)
+    assert only.scene_ids == source.table.scene_ids[:1]
+    assert deal(source.table, 1000) is source.table
