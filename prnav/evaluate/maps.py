@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,7 +37,7 @@ class FloorMap:
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """Sides of the map [m] as matplotlib's ``imshow`` takes them: left and right x, bottom and top z; z grows down."""
+        """Sides of the map [m] as matplotlib's ``imshow`` takes them: left, right (x), bottom, top (z)."""
         rows, columns = self.walkable.shape
         x, z = self.origin
         return x, x + columns * self.metres_per_pixel, z + rows * self.metres_per_pixel, z
@@ -57,14 +57,12 @@ def floor_heights(heights: ArrayLike) -> list[float]:
 def make_maps(
     scenes: Iterable[tuple[str, NavMesh, ArrayLike]],
     metres_per_pixel: float = 0.05,
-    progress: Callable[[str], None] | None = None,
 ) -> list[FloorMap]:
     """Floor plans of scenes.
 
     Args:
         scenes: (scene_id, navmesh, heights [m] of the starts and goals in it).
         metres_per_pixel: size of a cell.
-        progress: called with each scene's id once it is drawn.
     """
     maps = []
     for scene_id, navmesh, heights in scenes:
@@ -72,8 +70,6 @@ def make_maps(
         for height in floor_heights(heights):
             walkable = navmesh.topdown(height, metres_per_pixel)
             maps.append(FloorMap(scene_id, height, (float(low[0]), float(low[2])), metres_per_pixel, walkable))
-        if progress is not None:
-            progress(scene_id)
     return maps
 
 
@@ -113,13 +109,3 @@ def floor_of(maps: Sequence[FloorMap], scene_id: str, height: float) -> FloorMap
     """The map of a scene whose floor is nearest to ``height`` [m]; None where the scene has none."""
     floors = [m for m in maps if m.scene_id == scene_id]
     return min(floors, key=lambda m: abs(m.height - height)) if floors else None
-
-
-def heights_by_scene(
-    episodes: Iterable[tuple[str, ArrayLike, ArrayLike]],
-) -> Mapping[str, list[float]]:
-    """Heights [m] of starts and goals of (scene_id, start, goal) episodes, per scene in order of appearance."""
-    heights: dict[str, list[float]] = {}
-    for scene_id, *points in episodes:
-        heights.setdefault(scene_id, []).extend(float(np.asarray(point)[1]) for point in points)
-    return heights

@@ -26,9 +26,8 @@ def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
     """One evaluation: a line per measure with its mean and 95 % interval."""
     table = Table(title=title, title_justify="left", title_style="bold")
     table.add_column("measure")
-    table.add_column("mean", justify="right")
+    table.add_column("mean", justify="right", style="bold")
     table.add_column("95 % interval", justify="right", style="dim")
-    table.add_column("", style="dim")
     for key, interval in measures.items():
         measure = BY_KEY.get(key)
         table.add_row(
@@ -62,7 +61,7 @@ def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> 
 
 
 def _unit(key: str) -> str:
-    return f" [{BY_KEY[key].unit}]" if BY_KEY[key].unit else ""
+    return f" ({BY_KEY[key].unit})" if BY_KEY[key].unit else ""
 
 
 def _best(key: str, results: Sequence[Mapping[str, Interval]]) -> float | None:

@@ -33,6 +33,7 @@ def draw_floor(axes: Axes, floor: FloorMap) -> None:
         x = extent[0] + size * (np.arange(columns) + 0.5)
         z = extent[3] + size * (np.arange(rows) + 0.5)
         axes.contour(x, z, walkable, levels=[0.5], colors=style.WALL, linewidths=0.9)
+    _scale_bar(axes, extent)
     axes.set_aspect("equal")
     axes.grid(False)
     axes.set_xticks([])
@@ -90,7 +91,17 @@ def draw_trajectory(
             point[0], point[1], s=150, marker="*", color=style.GOAL, edgecolors="white", linewidths=1.0, zorder=6
         )
     if here[-1]:
-        _mark(axes, plane[-1], "X", style.INK, 46)
+        _mark(axes, plane[-1], "X", style.INK, 34)
+
+
+def _scale_bar(axes: Axes, extent: tuple[float, float, float, float]) -> None:
+    left, right, bottom, top = extent
+    length = 1.0 if right - left < 8.0 else 2.0 if right - left < 25.0 else 5.0
+    below = bottom + 0.045 * (bottom - top)
+    axes.plot([left, left + length], [below, below], color=style.MUTED, linewidth=2.0, solid_capstyle="butt")
+    axes.annotate(f"{length:g} m", (left + length, below), (4, 0), textcoords="offset points", va="center", fontsize=8)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom + 0.09 * (bottom - top), top)
 
 
 def _mark(axes: Axes, point: NDArray[np.float64], symbol: str, color: str, size: float) -> None:
