@@ -10,8 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from prnav.errors import PrnavError
-
-__version__ = "0.1.0"
+from prnav.version import __version__
 
 _LAZY = {
     "SceneMesh": "prnav.scene",

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-import prnav
 from prnav.cache import cache_key, cached_arrays
 from prnav.episodes.episode import EpisodeDataset
 from prnav.episodes.generate import GENERATOR_VERSION, GenerationConfig, generate_table
@@ -18,6 +17,7 @@ from prnav.errors import EpisodeError
 from prnav.navmesh import NavMesh, NavMeshSettings, load_navmesh
 from prnav.resources import resource
 from prnav.scene import SceneMesh, load_scene, scene_ids
+from prnav.version import __version__
 
 BUILTIN_NAME = "prhouses-v0"
 BUILTIN_SEED = 20240
@@ -130,7 +130,7 @@ def make_header(settings: NavMeshSettings, up: str, seed: int, scene_hashes: Map
     """Top-level keys that say what a data set was made from."""
     return {
         "prnav": {
-            "version": prnav.__version__,
+            "version": __version__,
             "generator": GENERATOR_VERSION,
             "up": up,
             "seed": seed,

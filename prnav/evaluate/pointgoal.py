@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import prnav
 from prnav.cache import cache_key, hash_arrays
 from prnav.config import to_mapping
 from prnav.env.config import EnvConfig
@@ -23,6 +22,7 @@ from prnav.evaluate.maps import FloorMap, make_maps, save_maps
 from prnav.evaluate.records import Evaluation, RecordWriter
 from prnav.evaluate.summary import summarise
 from prnav.sim.world import Progress
+from prnav.version import __version__
 
 if TYPE_CHECKING:
     from prnav.evaluate.learned import ActionChoice, TrainedRun
@@ -63,7 +63,7 @@ def describe(questions: Questions, config: EnvConfig, agent: Agent, seed: int, f
     kept = ("design", "grid", "rays_per_receptor", "engine", "vision", "sim", "task", "navmesh")
     settings = to_mapping(config)
     return {
-        "prnav": prnav.__version__,
+        "prnav": __version__,
         "task": "pointgoal",
         "agent": agent.name,
         "actions": agent.actions,

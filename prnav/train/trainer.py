@@ -16,7 +16,6 @@ import torch
 from gymnasium.spaces import Dict, Discrete
 from gymnasium.vector import VectorEnv
 
-import prnav
 from prnav.config import config_hash
 from prnav.errors import ConfigError, PrnavError
 from prnav.policy import RecurrentPolicy, build_policy
@@ -28,6 +27,7 @@ from prnav.train.learner import Learner
 from prnav.train.rollout import Collector, Rollout
 from prnav.train.run_folder import RunFolder
 from prnav.train.signals import StopRequest
+from prnav.version import __version__
 
 Row = dict[str, Any]
 
@@ -188,7 +188,7 @@ class Trainer:
     def state_dict(self) -> dict[str, Any]:
         """All that the rest of the run depends on."""
         return {
-            "version": prnav.__version__,
+            "version": __version__,
             "config_hash": config_hash(self.config),
             "shapes": self.policy.shapes,
             "actions": self.policy.actions,
@@ -217,7 +217,7 @@ class Trainer:
     def _facts(self, shapes: Mapping[str, tuple[int, ...]], actions: int, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
         return {
-            "prnav": prnav.__version__,
+            "prnav": __version__,
             "python": platform.python_version(),
             "torch": torch.__version__,
             "platform": f"{sys.platform} {platform.machine()}",
