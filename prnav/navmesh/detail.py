@@ -123,7 +123,7 @@ def _boxes(polygons: GridPolygons, field: CompactField) -> NDArray[np.int64]:
 
 
 def _outline_flags(points: NDArray[np.float32], count: int, triangles: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Bits 0, 2, 4 where the edges 01, 12, 20 of triangles lie on a side of the polygon, whose corners come first, (T,)."""
+    """Bits 0, 2, 4 where the edges 01, 12, 20 of triangles lie on a side of the polygon (the first points), (T,)."""
     places = points[:, [0, 2]].astype(np.float64)
     start = places[:count]
     side = np.roll(start, -1, axis=0) - start
