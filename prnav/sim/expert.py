@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.frames import forward
+from prnav.frames import forward, wrap_angle, yaw_towards
 from prnav.navmesh import GoalFields
 from prnav.sim.simulator import FORWARD, LEFT, RIGHT, STOP, Simulator
 
 TURN_COST = 1e-3
 """What one turn counts against nearness to the goal [m]: decides between headings that are as good."""
+
+GOOD_SHARE = 0.965
+"""Share of what the worst angle between headings can cost that a step must win to be taken without trying others."""
 
 
 def shortest_path_actions(
@@ -18,24 +21,49 @@ def shortest_path_actions(
 ) -> NDArray[np.int64]:
     """Actions (n,) of an oracle for the agents in ``slots`` (n,), whose goals are prepared in ``fields``.
 
-    It stops within ``stop_distance`` [m] of the goal. Else it tries a step, as the simulator would carry it out, at
-    each heading that turns can reach, takes the one that ends nearest to the goal (geodesic distance), and turns
-    towards it or goes. While it turns its place and so its choice stay the same, hence it cannot dither.
+    It stops within ``stop_distance`` [m] of the goal. Else it takes the heading, of those that turns can reach, that
+    is nearest to the way to the next turning point of the shortest path, if a step there wins about as much as it can;
+    if not, it tries a step, as the simulator would carry it out, at every heading and takes the one that ends nearest
+    to the goal (geodesic distance). Then it turns towards that heading or goes. While it turns, its place and so its
+    choice stay the same, hence it cannot dither.
     """
     slots = np.asarray(slots, np.int64)
     if not len(slots):
         return np.zeros(0, np.int64)
+    positions = simulator.positions[slots]
+    distance, corner = fields.query(slots, positions)
+    turns = _turns_towards(simulator, slots, corner - positions)
+    after = _distance_after(simulator, fields, slots, turns)
     config = simulator.config
-    positions, scenes = simulator.positions[slots], simulator.scene_index[slots]
-    distance, _ = fields.query(slots, positions)
-    reach = int(round(np.pi / config.turn_angle))
-    turns = np.arange(-reach + 1, reach + 1)  # left is positive
-    count = len(turns)
-    yaws = simulator.yaws[slots][:, None] + turns * config.turn_angle
-    starts = np.repeat(positions, count, axis=0)
-    ends = starts + config.forward_step * forward(yaws).reshape(-1, 3)
-    reached, _ = simulator.world.navmesh_set.step(np.repeat(scenes, count), starts, ends, sliding=config.sliding)
-    after = fields.query(np.repeat(slots, count), reached)[0].reshape(len(slots), count)
-    best = turns[np.argmin(after + TURN_COST * np.abs(turns), axis=1)]
-    action = np.where(best == 0, FORWARD, np.where(best > 0, LEFT, RIGHT))
+    gain = distance - after
+    unclear = ~(gain >= GOOD_SHARE * config.forward_step * np.cos(0.5 * config.turn_angle))  # NaN where unreachable
+    rows = np.flatnonzero(unclear & (distance > stop_distance))
+    if len(rows):
+        turns[rows] = _best_turns(simulator, fields, slots[rows])
+    action = np.where(turns == 0, FORWARD, np.where(turns > 0, LEFT, RIGHT))
     return np.where(distance <= stop_distance, STOP, action)
+
+
+def _turns_towards(simulator: Simulator, slots: NDArray[np.int64], offsets: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Turns to the heading nearest to the direction of ``offsets`` (n, 3), (n,); left is positive."""
+    bearing = wrap_angle(yaw_towards(np.nan_to_num(offsets)) - simulator.yaws[slots]) / simulator.config.turn_angle
+    # halfway between two headings the nearer one wins, so that it still does after a turn towards it
+    return (np.sign(bearing) * np.ceil(np.abs(bearing) - 0.5 - TURN_COST)).astype(np.int64)
+
+
+def _best_turns(simulator: Simulator, fields: GoalFields, slots: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Turns to the heading whose step ends nearest to the goal, (n,)."""
+    reach = int(round(np.pi / simulator.config.turn_angle))
+    turns = np.arange(-reach + 1, reach + 1)
+    after = _distance_after(simulator, fields, np.repeat(slots, len(turns)), np.tile(turns, len(slots)))
+    return turns[np.argmin(after.reshape(len(slots), -1) + TURN_COST * np.abs(turns), axis=1)]
+
+
+def _distance_after(
+    simulator: Simulator, fields: GoalFields, slots: NDArray[np.int64], turns: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Geodesic distance [m] to the goals of ``slots`` (n,) after so many turns and a step, (n,)."""
+    config, starts = simulator.config, simulator.positions[slots]
+    ends = starts + config.forward_step * forward(simulator.yaws[slots] + turns * config.turn_angle)
+    reached, _ = simulator.world.navmesh_set.step(simulator.scene_index[slots], starts, ends, sliding=config.sliding)
+    return fields.query(slots, reached)[0]
