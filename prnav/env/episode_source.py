@@ -33,6 +33,14 @@ class EpisodeSource:
         """(scene_id, episode_id) of one episode."""
         return self.table.scene_id(int(row)), str(self.table.episode_ids[row])
 
+    def names(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+        """Scene ids and episode ids of episodes (n,), two arrays (n,) of strings."""
+        return self._scene_names[self.table.scene_index[rows]], self.table.episode_ids[rows].astype(object)
+
+    @cached_property
+    def _scene_names(self) -> NDArray[np.object_]:
+        return np.array(self.table.scene_ids, dtype=object)
+
     @cached_property
     def ids(self) -> tuple[tuple[str, str], ...]:
         """(scene_id, episode_id) of all episodes."""

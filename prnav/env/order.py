@@ -1,33 +1,57 @@
-"""In which order an environment plays episodes: a seeded shuffle, then another one, without end."""
+"""In which order an environment plays episodes: a seeded shuffle of all, then another one, without end.
+
+A shuffle is a permutation computed place by place (a Feistel network on the place's bits, walked until it lands below
+the count), so that millions of episodes times many agents need no memory.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.errors import ConfigError
+
+_ROUNDS = 6
+_MASK = (1 << 64) - 1
+
 
 class EpisodeOrder:
     """Endless orders of ``count`` episodes, one per slot; a slot's order depends on its own seed alone."""
 
     def __init__(self, count: int, seeds: NDArray[np.int64]):
+        if len(seeds) and int(np.min(seeds)) < 0:
+            raise ConfigError(f"seed is {int(np.min(seeds))}; it must be 0 or above")
         self.count = count
         self.seeds = np.array(seeds, np.int64)  #: (N,)
         self.drawn = np.zeros(len(self.seeds), np.int64)  #: episodes drawn so far, (N,)
-        self._shuffles: dict[int, tuple[int, NDArray[np.int64]]] = {}
 
     def draw(self, slots: NDArray[np.int64]) -> NDArray[np.int64]:
         """The next episode of each slot (n,)."""
         result = np.empty(len(slots), np.int64)
-        for row, slot in enumerate(slots):
+        for row, slot in enumerate(slots.tolist()):
             epoch, place = divmod(int(self.drawn[slot]), self.count)
-            result[row] = self._shuffle(int(slot), epoch)[place]
+            result[row] = shuffled(place, self.count, int(self.seeds[slot]), epoch)
             self.drawn[slot] += 1
         return result
 
-    def _shuffle(self, slot: int, epoch: int) -> NDArray[np.int64]:
-        stored = self._shuffles.get(slot)
-        if stored is None or stored[0] != epoch:
-            generator = np.random.Generator(np.random.PCG64([int(self.seeds[slot]), epoch]))
-            stored = (epoch, generator.permutation(self.count))
-            self._shuffles[slot] = stored
-        return stored[1]
+
+def shuffled(place: int, count: int, seed: int, epoch: int) -> int:
+    """What stands at ``place`` of the permutation of ``range(count)`` that seed and epoch name."""
+    half = max(1, ((count - 1).bit_length() + 1) // 2)
+    low = (1 << half) - 1
+    key = _mix(_mix(seed) ^ epoch)
+    while True:
+        left, right = place >> half, place & low
+        for step in range(_ROUNDS):
+            left, right = right, left ^ (_mix(key + (right << 8) + step) & low)
+        place = left << half | right
+        if place < count:
+            return place
+
+
+def _mix(value: int) -> int:
+    """64 bits that look random, the finaliser of splitmix64 (Steele, Lea and Flood 2014)."""
+    value = (value + 0x9E3779B97F4A7C15) & _MASK
+    value = ((value ^ value >> 30) * 0xBF58476D1CE4E5B9) & _MASK
+    value = ((value ^ value >> 27) * 0x94D049BB133111EB) & _MASK
+    return value ^ value >> 31

@@ -24,8 +24,9 @@ class PointGoalNavVectorEnv(VectorEnv):
     """N PointGoalNav agents over one simulator.
 
     An episode that ends is followed by the next one in the same step (Gymnasium's ``SAME_STEP``): the returned
-    observation is the new episode's first, ``info["final_obs"]`` holds the old one's last and ``info["final_info"]``
-    its measures, each with the mask of the agents concerned under the same name with ``_`` in front.
+    observation is the new episode's first, ``info["final_obs"]`` holds the old one's last (a dictionary per agent, None
+    where no episode ended) and ``info["final_info"]`` its measures, each with the mask of the agents concerned under
+    the same name with ``_`` in front.
 
     Agent i, seeded s, plays the same episodes as a single environment seeded s + i.
     """
@@ -105,7 +106,7 @@ class PointGoalNavVectorEnv(VectorEnv):
         info: dict[str, Any] = {}
         if ended.any():
             over = np.flatnonzero(ended)
-            info["final_obs"] = self._final_observations(over, ended)
+            info["final_obs"] = self._final_observations(over)
             info["_final_obs"] = ended
             info["final_info"] = self._final_measures(over, ended)
             info["_final_info"] = ended
@@ -171,9 +172,7 @@ class PointGoalNavVectorEnv(VectorEnv):
 
     def _facts(self) -> dict[str, Any]:
         everyone = np.ones(self.num_envs, np.bool_)
-        ids = [self.slots.source.id(episode) for episode in self.slots.episode]
-        scenes = np.array([scene for scene, _ in ids], dtype=object)
-        episodes = np.array([episode for _, episode in ids], dtype=object)
+        scenes, episodes = self.slots.source.names(self.slots.episode)
         return {
             "scene_id": scenes,
             "_scene_id": everyone,
@@ -183,12 +182,11 @@ class PointGoalNavVectorEnv(VectorEnv):
             "_distance_to_goal": everyone,
         }
 
-    def _final_observations(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
-        final: dict[str, Any] = {}
-        for name, value in self._observations.items():
-            rows = np.zeros_like(value)
-            rows[over] = value[over]
-            final[name], final[f"_{name}"] = rows, ended
+    def _final_observations(self, over: NDArray[np.int64]) -> NDArray[np.object_]:
+        """One dictionary for each agent whose episode ended, None for the others: Gymnasium's layout."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for agent in over:
+            final[agent] = {name: value[agent].copy() for name, value in self._observations.items()}
         return final
 
     def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
@@ -197,9 +195,11 @@ class PointGoalNavVectorEnv(VectorEnv):
             rows = np.zeros(self.num_envs)
             rows[over] = value
             final[name], final[f"_{name}"] = rows, ended
-        for place, name in enumerate(("scene_id", "episode_id")):
+        for name, values in zip(
+            ("scene_id", "episode_id"), self.slots.source.names(self.slots.episode[over]), strict=True
+        ):
             texts = np.full(self.num_envs, None, dtype=object)
-            texts[over] = [self.slots.source.id(episode)[place] for episode in self.slots.episode[over]]
+            texts[over] = values
             final[name], final[f"_{name}"] = texts, ended
         return final
 

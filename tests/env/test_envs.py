@@ -51,7 +51,7 @@ def test_a_batch_equals_single_environments_step_for_step(config, source, random
                 for name in ("spl", "soft_spl", "distance_to_goal", "path_length", "collisions", "reward"):
                     assert info["final_info"][name][i] == facts[name]
                 for name, value in alone[i].items():
-                    np.testing.assert_array_equal(info["final_obs"][name][i], value)
+                    np.testing.assert_array_equal(info["final_obs"][i][name], value)
                 alone[i] = single.reset()[0]
 
 
