@@ -66,28 +66,44 @@ def mip_levels(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
     """Image (H, W, C) and its smaller copies down to one texel; sides halve, rounded down, at least 1."""
     levels = [image]
     exact = image.astype(np.float32)
-    while max(exact.shape[:2]) > 1:
-        exact = _halve(_halve(exact, 0), 1)
+    sums: NDArray[np.float64] | None = None
+    height, width = image.shape[:2]
+    while max(height, width) > 1:
+        even = all(side == 1 or side % 2 == 0 for side in (height, width))
+        height, width = max(1, height >> 1), max(1, width >> 1)
+        if even and sums is None:
+            exact = _halve(_halve(exact, 0), 1)
+        else:  # texels share texels of the level above: from the full image, once and for all further levels
+            if sums is None:
+                sums = _running_sums(image.astype(np.float64))
+            rows = _stretches(sums, height)
+            exact = np.moveaxis(_stretches(_running_sums(np.moveaxis(rows, 1, 0)), width), 0, 1).astype(np.float32)
         levels.append(np.floor(exact + 0.5).astype(np.uint8))
     return levels
 
 
 def _halve(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Image with one side halved: each texel the mean of the stretch (2 or, for odd sides, a bit more) it covers."""
-    size = image.shape[axis]
-    if size == 1:
+    """Means of pairs along an axis of even size, or of size 1, which stays."""
+    if image.shape[axis] == 1:
         return image
-    image = np.moveaxis(image, axis, 0)
-    half = size >> 1
-    if size % 2 == 0:
-        result = (image[0::2] + image[1::2]) * np.float32(0.5)
-    else:
-        # texel i covers [i, i + 1) * size / half: all of texel 2i + 1, and of its neighbours the share that is left
-        first = np.arange(half, dtype=np.float32)[:, None, None]
-        left = (half - first) / size
-        right = (first + 1.0) / size
-        result = image[0:-1:2] * left + image[1::2] * np.float32(half / size) + image[2::2] * right
-    return np.ascontiguousarray(np.moveaxis(result.astype(np.float32), 0, axis))
+    first = (slice(None),) * axis
+    return (image[(*first, slice(0, None, 2))] + image[(*first, slice(1, None, 2))]) * np.float32(0.5)
+
+
+def _running_sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums of the first 0, 1, 2, ... rows, (n + 1, ...)."""
+    sums = np.zeros((len(image) + 1, *image.shape[1:]))
+    np.cumsum(image, axis=0, out=sums[1:])
+    return sums
+
+
+def _stretches(sums: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Means over ``count`` equal stretches of the rows that were summed, shares of rows at their ends included."""
+    size = len(sums) - 1
+    row, rest = np.divmod(np.arange(count + 1) * size, count)
+    share = (rest / count).reshape(-1, *[1] * (sums.ndim - 1))
+    edges = sums[row] + share * (sums[np.minimum(row + 1, size)] - sums[row])
+    return np.diff(edges, axis=0) * (count / size)
 
 
 def _rgba(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -31,15 +31,15 @@ class _Material:
 _PLAIN = _Material(np.ones(3))
 
 
-def gltf_parts(source: MeshSource, texture_size: int, textures: Textures) -> list[Part]:
+def gltf_parts(source: MeshSource, max_texture_size: int, textures: Textures) -> list[Part]:
     """Parts of a GLB or glTF file in its own frame; images go into ``textures``."""
-    return _Reader(GltfFile(source), texture_size, textures).parts()
+    return _Reader(GltfFile(source), max_texture_size, textures).parts()
 
 
 class _Reader:
-    def __init__(self, file: GltfFile, texture_size: int, textures: Textures) -> None:
+    def __init__(self, file: GltfFile, max_texture_size: int, textures: Textures) -> None:
         self.file = file
-        self.texture_size = texture_size
+        self.max_texture_size = max_texture_size
         self.textures = textures
         self._images: dict[int, int] = {}
         self._materials: dict[int, _Material] = {}
@@ -145,6 +145,12 @@ class _Reader:
         used[faces] = True
         if not used.all():
             faces = (np.cumsum(used) - 1)[faces]
+        vertices = vertices[used].astype(np.float64)
+        if not (finite := np.isfinite(vertices).all(axis=1)).all():
+            index = np.flatnonzero(used)[~finite]
+            value = vertices[~finite][0].tolist()
+            first = f"the first is number {index[0]}: {value}"
+            file.fail(f"{len(index)} of {len(used)} vertices of {name} are not finite, {first}")
         material = self._material(primitive.get("material"), name)
         colors = material.color
         if "COLOR_0" in attributes:
@@ -154,7 +160,7 @@ class _Reader:
             uvs = self._attribute(attributes, f"TEXCOORD_{material.uv_set}", (2,), used, name)
             if material.uv_matrix is not None:
                 uvs = uvs @ material.uv_matrix[:, :2].T + material.uv_matrix[:, 2]
-        return Part(vertices[used].astype(np.float64), faces, uvs, colors, material.texture)
+        return Part(vertices, faces, uvs, colors, material.texture)
 
     def _attribute(
         self, attributes: dict[str, Any], key: str, columns: tuple[int, ...], used: NDArray[np.bool_], name: str
@@ -233,7 +239,7 @@ class _Reader:
         data = file.image_bytes(image, name)
         if image not in self._images:
             where = f"scene {file.path}: images[{image}]"
-            self._images[image] = self.textures.add(decode_image(data, self.texture_size, where))
+            self._images[image] = self.textures.add(decode_image(data, self.max_texture_size, where))
         return self._images[image]
 
 

@@ -17,11 +17,11 @@ MAX_SIDE = 16384
 """Longest side of an image [pixels] that is decoded at all; PIL's own limit on their product (179 M) holds too."""
 
 
-def decode_image(data: bytes, texture_size: int, where: str) -> NDArray[np.uint8]:
+def decode_image(data: bytes, max_texture_size: int, where: str) -> NDArray[np.uint8]:
     """RGBA texels (H, W, 4), top row first, of a PNG, JPEG or any other image that PIL reads.
 
-    An image with a side over ``texture_size`` is reduced by the smallest power of two that brings it under, each texel
-    the mean of those it replaces.
+    An image with a side over ``max_texture_size`` is reduced by the smallest power of two that brings it under, each
+    texel the mean of those it replaces.
 
     Raises:
         SceneError: not an image, cut off, or too big; ``where`` names it.
@@ -41,12 +41,12 @@ def decode_image(data: bytes, texture_size: int, where: str) -> NDArray[np.uint8
         if isinstance(error, Image.UnidentifiedImageError):
             reason = f"starts with {data[:8]!r}"
         raise SceneError(f"{where} is not an image that can be read ({reason}); valid: PNG, JPEG, WebP") from error
-    return _texels(image, texture_size)
+    return _texels(image, max_texture_size)
 
 
-def _texels(image: Image.Image, texture_size: int) -> NDArray[np.uint8]:
+def _texels(image: Image.Image, max_texture_size: int) -> NDArray[np.uint8]:
     factor = 1
-    while -(-max(image.size) // factor) > texture_size:
+    while -(-max(image.size) // factor) > max_texture_size:
         factor *= 2
     if image.mode[0] in "IF":
         image = _eight_bits(image)

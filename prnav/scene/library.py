@@ -12,11 +12,11 @@ from prnav.config import to_mapping
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
 from prnav.frames import to_y_up
-from prnav.scene.load import TEXTURE_SIZE, load_mesh
+from prnav.scene.load import MAX_TEXTURE_SIZE, load_mesh
 from prnav.scene.mesh import SceneMesh
 from prnav.scene.source import read_source
 
-SCENE_VERSION = 1
+SCENE_VERSION = 2
 """Version of the code from file to arrays: whatever changes the arrays of any file raises it, and caches are redone."""
 
 SPLITS = ("train", "val", "test")
@@ -25,7 +25,7 @@ _BUILT_IN = "prhouses/"
 _HABITAT_PREFIX = "data/scene_datasets/"
 
 
-def load_scene(source: str | Path, up: str = "y", texture_size: int = TEXTURE_SIZE) -> SceneMesh:
+def load_scene(source: str | Path, up: str = "y", max_texture_size: int = MAX_TEXTURE_SIZE) -> SceneMesh:
     """A scene from a mesh file (.glb, .gltf, .obj, .ply) or a built-in id such as "prhouses/test/03".
 
     The arrays are kept in the cache, under a hash of the bytes of the file and all the files it names.
@@ -33,7 +33,7 @@ def load_scene(source: str | Path, up: str = "y", texture_size: int = TEXTURE_SI
     Args:
         source: path of a mesh file, or a built-in id.
         up: up axis of the file, "y" (glTF's own) or "z" (Habitat's stage files). Built-in homes are y-up.
-        texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
+        max_texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
 
     Raises:
         SceneError: no such scene, or a file that cannot be used.
@@ -42,8 +42,8 @@ def load_scene(source: str | Path, up: str = "y", texture_size: int = TEXTURE_SI
     if isinstance(source, str) and source.startswith(_BUILT_IN):
         return _load_built_in(source)
     file = read_source(source)
-    key = cache_key(SCENE_VERSION, file.digest(), up, texture_size)
-    return _cached("scene", key, file.path.name, lambda: load_mesh(file, up, texture_size))
+    key = cache_key(SCENE_VERSION, file.digest(), up, max_texture_size)
+    return _cached("scene", key, file.path.name, lambda: load_mesh(file, up, max_texture_size))
 
 
 def scene_ids(split: str) -> list[str]:
@@ -66,7 +66,7 @@ def resolve_scene(
 
     Built-in ids stand for themselves. Of ``scene_files``, the one counts whose path ends with most of the id's parts,
     its file name at least. Else the id is a path under ``data_root``, with Habitat's "data/scene_datasets/" in front
-    or not.
+    or not; the root may be Habitat's "data" folder, too.
 
     Raises:
         SceneError: nothing fits, two files fit alike, or the id leaves the root.
@@ -88,14 +88,12 @@ def resolve_scene(
         return _existing(next(iter(fitting.values())), scene_id)
     looked = [f"{len(files)} files given with --scene"] if files else []
     if data_root is not None:
-        names = [scene_id]
-        if scene_id.startswith(_HABITAT_PREFIX):
-            names.append(scene_id.removeprefix(_HABITAT_PREFIX))
-        for name in names:
+        short = scene_id.removeprefix(_HABITAT_PREFIX)
+        for name in dict.fromkeys((scene_id, short, f"scene_datasets/{short}")):
             path = resolve_inside(data_root, name, SceneError)
             if path.is_file():
                 return path
-            looked.append(str(path))
+        looked.append(f"the data root {data_root}")
     where = ", ".join(looked) or "no --data-root and no --scene given"
     raise SceneError(
         f"scene {scene_id!r} is not found (looked in: {where}); name the folder that holds it with --data-root DIR, "

@@ -51,9 +51,8 @@ class SceneMesh:
         if len(self.uvs) != count or len(self.colors) != count:
             raise SceneError(f"scene {self.name}: {count} vertices, {len(self.uvs)} uvs, {len(self.colors)} colours")
         if self.face_texture.dtype != np.int32 or self.face_texture.shape != (len(self.faces),):
-            raise SceneError(
-                f"scene {self.name}: face_texture is {self.face_texture.shape}, for {len(self.faces)} faces"
-            )
+            found = f"{self.face_texture.shape} {self.face_texture.dtype}"
+            raise SceneError(f"scene {self.name}: face_texture is {found}; it must be ({len(self.faces)},) int32")
         if len(self.faces) == 0:
             raise SceneError(f"scene {self.name}: it has no triangles; give a mesh with faces")
         for field in ("vertices", "uvs"):

@@ -74,10 +74,12 @@ def assemble(path: Path, parts: Sequence[Part], textures: Textures, up: str) -> 
     colors = [np.broadcast_to(part.colors, (len(part.vertices), 3)) for part in parts]
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts[:-1], strict=True)])
     counts = [len(part.faces) for part in parts]
+    with np.errstate(over="ignore"):  # what becomes infinite is refused with the mesh
+        all_uvs = np.concatenate(uvs).astype(np.float32)
     return SceneMesh(
         name=path.name,
         vertices=vertices.astype(np.float32),
-        uvs=np.concatenate(uvs).astype(np.float32),
+        uvs=all_uvs,
         colors=np.floor(np.clip(np.concatenate(colors), 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8),
         faces=faces.astype(np.int32),
         face_texture=np.repeat(np.array([part.texture for part in parts], np.int32), counts),

@@ -26,7 +26,7 @@ _PLY_BYTES = {
 }  # fmt: skip
 
 
-def polygon_parts(source: MeshSource, texture_size: int, textures: Textures) -> list[Part]:
+def polygon_parts(source: MeshSource, max_texture_size: int, textures: Textures) -> list[Part]:
     """Parts of an OBJ or PLY file in its own frame; images go into ``textures``.
 
     A missing material or image file is a warning, as these files are often passed on without: its surfaces are plain.
@@ -40,7 +40,7 @@ def polygon_parts(source: MeshSource, texture_size: int, textures: Textures) -> 
         _check_ply(source)
     resolver = _SideFiles(source)
     images = {
-        name: decode_image(source.side[name], texture_size, f"scene {source.path}: image {name!r}")
+        name: decode_image(source.side[name], max_texture_size, f"scene {source.path}: image {name!r}")
         for name in source.images
         if name in source.side
     }
