@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from prnav.files import atomic_path
@@ -20,8 +21,8 @@ FLOOR, WALL = "#f3efe6", "#8a8f98"
 START, GOAL, COLLISION = "#1769aa", "#1a8a4a", "#d92d20"
 SERIES = ("#1769aa", "#e07a1f", "#1a8a4a", "#8e44ad", "#b4472e", "#4b5563")
 """Colours of runs, in order; told apart by most colour-blind readers too."""
-TIME = "plasma"
-"""Colour map of time along a trajectory."""
+TIME = LinearSegmentedColormap.from_list("time", ["#27187e", "#2a6fdb", "#16a5b8", "#5fc98a"])
+"""Colour map of time along a trajectory, dark to light; without red, which is for collisions."""
 
 _DEFAULTS: Any = {
     "font.family": "DejaVu Sans",

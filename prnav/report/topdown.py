@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -73,7 +72,7 @@ def draw_trajectory(
     lines = LineCollection(list(segments[drawn]), linewidths=line_width, capstyle="round", zorder=3)
     if color is None:
         lines.set_array(np.flatnonzero(drawn).astype(float))
-        lines.set_cmap(matplotlib.colormaps[style.TIME])
+        lines.set_cmap(style.TIME)
         lines.set_norm(norm or Normalize(0, max(len(segments), 1)))
     else:
         lines.set_color(color)
@@ -202,7 +201,7 @@ def draw_house(
                 )
             if len(floors) > 1:
                 axes.set_title(f"floor at {floor.height:.1f} m")
-        bar = figure.colorbar(ScalarMappable(norm, matplotlib.colormaps[style.TIME]), ax=list(grid), shrink=0.6)
+        bar = figure.colorbar(ScalarMappable(norm, style.TIME), ax=list(grid), shrink=0.6)
         bar.set_label("step of the episode")
         bar.outline.set_visible(False)
         title = f"{evaluation.label}: {len(chosen)} trajectories in {scene}, collisions in red"
@@ -214,9 +213,7 @@ def _legend() -> list[Line2D]:
     def mark(symbol: str, color: str, size: float, label: str) -> Line2D:
         return Line2D([], [], marker=symbol, color=color, linestyle="none", markersize=size, label=label)
 
-    path = Line2D(
-        [], [], color=matplotlib.colormaps[style.TIME](0.4), linewidth=2.5, label="path, dark to light in time"
-    )
+    path = Line2D([], [], color=style.TIME(0.4), linewidth=2.5, label="path, dark to light in time")
     return [
         mark("o", style.START, 7, "start"),
         mark("*", style.GOAL, 11, "goal"),

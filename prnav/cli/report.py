@@ -1,0 +1,39 @@
+"""``prnav-report``: one static page about one or more runs."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from prnav.cli._common import command
+from prnav.files import write_text
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    p = argparse.ArgumentParser(
+        prog="prnav-report",
+        description="Write one HTML page about runs: results, learning curves, trajectories. It opens from disk.",
+    )
+    p.add_argument("runs", nargs="+", metavar="RUN", help="run directory (of prnav-train or prnav-eval)")
+    p.add_argument("--out", metavar="HTML", help="page to write (default: report.html in the first run)")
+    p.add_argument("--title", help="heading of the page")
+    return p
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point."""
+    options = parser().parse_args(argv)
+    from prnav.report.page import make_page, read_run
+
+    page = make_page([read_run(run) for run in options.runs], options.title)
+    path = Path(options.out) if options.out else Path(options.runs[0]) / "report.html"
+    write_text(path, page)
+    print(f"page  {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,229 @@
+"""Drawings of sensor designs: the body with its sensors' frusta, and what each sensor's receptors see."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from prnav.render import Renderer
+from prnav.render.rays import sensor_views
+from prnav.report import style
+from prnav.sensors import Design
+
+if TYPE_CHECKING:
+    from prnav.navmesh import NavMesh
+
+REACH = 0.45
+"""Length of a drawn frustum's edges [m]."""
+
+_BODY, _EYE_HEIGHT = "#c9ced6", 1.25
+_CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What a design sees at one place: pictures and readings of each sensor."""
+
+    pictures: NDArray[np.float32]
+    """(K, S, S, 3), 0 to 1."""
+    readings: NDArray[np.float32]
+    """(K, B, B, 3), 0 to 1."""
+
+
+def see(renderer: Renderer, design: Design, position: NDArray[np.float64], yaw: float, size: int = 256) -> Sight:
+    """Pictures of about ``size`` pixels and readings of a design on a body at ``position`` (3,) [m]."""
+    size = max(1, round(size / design.grid)) * design.grid  # whole pixels to a patch
+    scene, places, headings, sensors = np.array([0]), position[None], np.array([yaw]), design.sensors[None]
+    pictures = renderer.image(scene, places, headings, sensors, size)
+    return Sight(pictures[0], renderer.read(scene, places, headings, sensors, design.grid)[0])
+
+
+def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int = 96) -> tuple[NDArray[Any], float]:
+    """A position (3,) [m] and yaw with much to see and room around: the best of ``tries`` drawn from a seed.
+
+    The best has the most varied picture of a wide camera at eye height, among poses at least 0.4 m from any wall.
+    """
+    points = navmesh.random_points(tries, seed)
+    yaws = np.random.Generator(np.random.PCG64(seed)).uniform(-math.pi, math.pi, tries)
+    roomy = navmesh.clearance(points) >= 0.4
+    if roomy.any():
+        points, yaws = points[roomy], yaws[roomy]
+    camera = np.zeros((len(points), 1, 7))
+    camera[:, 0] = [0.0, _EYE_HEIGHT, -0.1, 0.0, 0.0, 0.0, math.radians(90.0)]
+    scenes = np.zeros(len(points), np.int64)
+    pictures = renderer.image(scenes, points, yaws, camera, size=24)[:, 0]
+    depths = renderer.depth(scenes, points, yaws, camera, size=24)[:, 0].reshape(len(points), -1)
+    spread = pictures.reshape(len(points), -1, 3).std(axis=1).mean(axis=1)
+    far = np.median(np.minimum(depths, 6.0), axis=1)
+    best = int(np.argmax(spread * np.clip(far / 3.0, 0.2, 1.0)))
+    return points[best], float(yaws[best])
+
+
+def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> Figure:
+    """The design on its body, and beside it what it sees where ``sight`` is given (``place`` says where that is)."""
+    count = design.num_sensors
+    shown = 0 if sight is None else count
+    cell = float(np.clip(6.0 / max(shown, 1), 1.7, 2.5))
+    figure = style.new_figure(5.4 + (3 * cell + 0.6 if shown else 0.0), max(7.0, (cell + 0.12) * shown + 1.1))
+    with style.styled():
+        left: Any = figure
+        right: Any = None
+        if shown:
+            halves: Any = figure.subfigures(1, 2, width_ratios=(5.2, 3 * cell + 0.6))
+            left, right = halves
+        grid = left.add_gridspec(2, 1, height_ratios=(3.0, 1.25))
+        body = left.add_subplot(grid[0], projection="3d")
+        assert isinstance(body, Axes3D)
+        draw_body(body, design)
+        plan = left.add_subplot(grid[1])
+        draw_plan(plan, design)
+        if right is not None and sight is not None:
+            _draw_sight(right, design, sight)
+            right.suptitle(f"what it sees {place}".rstrip(), fontsize=10, color=style.MUTED, x=0.02, ha="left")
+        title = f"{design.name}: {count} sensor{'s' * (count > 1)} of {design.grid} x {design.grid} receptors"
+        figure.suptitle(title, fontsize=13, fontweight="bold", x=0.012, ha="left")
+    return figure
+
+
+def draw_body(axes: Axes3D, design: Design) -> None:
+    """The body as a cylinder with each sensor's field of view, seen from ahead and to the side; metres."""
+    turn, level = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 49), [0.0, design.body.height])
+    radius = design.body.radius
+    axes.plot_surface(
+        radius * np.sin(turn), radius * np.cos(turn), level, color=_BODY, alpha=0.9, linewidth=0, antialiased=False
+    )
+    ring = np.linspace(0.0, 2.0 * np.pi, 49)
+    lid = np.stack([radius * np.sin(ring), radius * np.cos(ring), np.full(49, design.body.height)], axis=1)
+    axes.add_collection3d(Poly3DCollection([lid], facecolor=_BODY, alpha=0.9))
+    for edge in (0.0, design.body.height):
+        axes.plot(lid[:, 0], lid[:, 1], edge, color=style.WALL, linewidth=0.8)
+    points = [lid, lid * [1.0, 1.0, 0.0]]
+    for index, (apex, corners, axis) in enumerate(frusta(design)):
+        color = style.SERIES[index % len(style.SERIES)]
+        sides = [np.stack([apex, corners[i], corners[(i + 1) % 4]]) for i in range(4)]
+        axes.add_collection3d(Poly3DCollection(sides, facecolor=color, edgecolor=color, alpha=0.16, linewidth=0.9))
+        axes.add_collection3d(Poly3DCollection([corners], facecolor=color, edgecolor=color, alpha=0.30, linewidth=1.2))
+        axes.plot(*np.stack([apex, apex + 0.6 * REACH * axis]).T, color=color, linewidth=1.0, linestyle=(0, (3, 2)))
+        axes.scatter(*apex, color=color, s=22, depthshade=False)
+        axes.text(*(apex + 1.05 * REACH * axis), f"{index + 1}", color=color, fontweight="bold", zorder=100)
+        points.append(corners)
+    span = np.concatenate(points)
+    low, high = span.min(axis=0), span.max(axis=0)
+    ahead = max(0.55, float(high[1]) + 0.05)
+    axes.quiver(0, radius, 0, 0, ahead - radius, 0, color=style.MUTED, linewidth=1.5, arrow_length_ratio=0.15)
+    axes.text(0.0, ahead + 0.04, 0.0, "ahead", color=style.MUTED, fontsize=9)
+    middle, reach = 0.5 * (low + high), 0.5 * (high - low) + 0.05
+    axes.set_xlim(middle[0] - reach[0], middle[0] + reach[0])
+    axes.set_ylim(middle[1] - reach[1], max(middle[1] + reach[1], ahead + 0.1))
+    axes.set_zlim(0.0, max(high[2], design.body.height) + 0.02)
+    axes.set_aspect("equal")
+    axes.view_init(elev=18, azim=38)
+    axes.set_zlabel("height [m]")
+    axes.set_xticklabels([])
+    axes.set_yticklabels([])
+    axes.set_zticks(np.arange(0.0, axes.get_zlim()[1] + 1e-9, 0.5))
+    for side in (axes.xaxis, axes.yaxis, axes.zaxis):
+        side.set_pane_color((1.0, 1.0, 1.0, 0.0))
+
+
+def draw_plan(axes: Axes, design: Design) -> None:
+    """The body from above, ahead is up, with each sensor's field of view as a wedge, and its numbers as a list."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)
+    axes.fill(design.body.radius * np.sin(turn), design.body.radius * np.cos(turn), color=_BODY, zorder=2)
+    for index, (apex, corners, axis) in enumerate(frusta(design)):
+        color = style.SERIES[index % len(style.SERIES)]
+        axes.fill(*_hull(np.concatenate([apex[None], corners])[:, :2]).T, color=color, alpha=0.25, zorder=3)
+        axes.plot(*np.stack([apex, apex + 0.6 * REACH * axis])[:, :2].T, color=color, linewidth=1.2, zorder=4)
+        axes.scatter(apex[0], apex[1], color=color, s=20, zorder=5)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title("from above", fontsize=9, color=style.MUTED, fontweight="normal")
+    table = [
+        f"{i + 1}  height {y:.2f} m   yaw {_degrees(yaw)}   pitch {_degrees(pitch)}   roll {_degrees(roll)}   "
+        f"fov {_degrees(fov)}"
+        for i, (_, y, _, yaw, pitch, roll, fov) in enumerate(design.sensors)
+    ]
+    for index, line in enumerate(table):
+        color = style.SERIES[index % len(style.SERIES)]
+        axes.annotate(
+            line,
+            (0.5, 0.0),
+            (0, -12 - 12 * index),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontsize=8,
+            color=color,
+            ha="center",
+            annotation_clip=False,
+        )
+
+
+def frusta(design: Design) -> list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """Apex (3,), corners (4, 3) and optical axis (3,) of each sensor as drawn: x right, y ahead, z up."""
+    views = sensor_views(np.zeros((1, 3)), np.zeros(1), design.sensors[None])
+    result = []
+    for origin, right, up, forward in zip(views.origin, views.right, views.up, views.forward, strict=True):
+        rays = forward + _CORNERS[:, :1] * right + _CORNERS[:, 1:] * up
+        corners = origin + REACH * rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        result.append((_drawn(origin), _drawn(corners), _drawn(forward)))
+    return result
+
+
+def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Body coordinates (x right, y up, -z ahead) as the drawing's (x right, y ahead, z up)."""
+    return np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
+
+
+def _draw_sight(figure: Any, design: Design, sight: Sight) -> None:
+    count = design.num_sensors
+    grid = figure.subplots(count, 3, squeeze=False)
+    for index, line in enumerate(grid):
+        picture, readings = sight.pictures[index], sight.readings[index]
+        size = len(picture)
+        for axes, image in zip(line, (picture, picture, readings), strict=True):
+            axes.imshow(
+                image, extent=(0, size, size, 0), interpolation="nearest" if image is readings else "antialiased"
+            )
+            axes.grid(False)
+            axes.set_xticks([])
+            axes.set_yticks([])
+            for spine in axes.spines.values():
+                spine.set_visible(True)
+                spine.set_color(style.SERIES[index % len(style.SERIES)])
+                spine.set_linewidth(1.6)
+        for cut in np.linspace(0, size, design.grid + 1)[1:-1]:
+            line[1].axhline(cut, color="white", linewidth=0.9)
+            line[1].axvline(cut, color="white", linewidth=0.9)
+        line[0].set_ylabel(f"sensor {index + 1}", color=style.SERIES[index % len(style.SERIES)], fontweight="bold")
+    for axes, title in zip(grid[0], ("picture", "patches", "readings"), strict=True):
+        axes.set_title(title, fontsize=10)
+
+
+def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Convex hull of points (n, 2) in order (a gift wrap: n is 5)."""
+    start = current = int(np.lexsort((points[:, 1], points[:, 0]))[0])
+    order = [start]
+    for _ in range(len(points)):
+        following = (current + 1) % len(points)
+        for other in range(len(points)):
+            a, b = points[following] - points[current], points[other] - points[current]
+            turn = a[0] * b[1] - a[1] * b[0]
+            if turn < -1e-15 or (abs(turn) <= 1e-15 and b @ b > a @ a):
+                following = other
+        if following == start:
+            break
+        order.append(following)
+        current = following
+    return points[order]
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.0f}°"

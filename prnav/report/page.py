@@ -1,0 +1,152 @@
+"""One static page about runs: results with intervals, learning curves, trajectories. Opens from disk; no server."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import prnav
+from prnav.errors import RecordError
+from prnav.evaluate.evaluator import Trajectory
+from prnav.evaluate.maps import FloorMap, load_maps
+from prnav.evaluate.records import Evaluation, find_evaluations, load_evaluation, load_trajectories
+from prnav.report import style
+from prnav.report.curves import METRICS, draw_curves, read_metrics
+from prnav.report.tables import comparison_html
+from prnav.report.topdown import draw_episodes, draw_house
+
+PANELS = {
+    "measures.spl": "SPL",
+    "measures.success": "Success",
+    "measures.reward": "Reward of an episode",
+    "times.steps_per_second": "Steps per second",
+}
+"""Learning curves that are shown, by their path in the metrics."""
+
+_STYLE = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, sans-serif; color: #1f2933; max-width: 1180px; margin: 2.5rem auto;
+  padding: 0 1.5rem; }
+h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.6rem 0 .6rem; }
+h3 { font-size: 1rem; margin: 1.6rem 0 .4rem; } p, figcaption { color: #66727f; max-width: 60rem; }
+figure { margin: 1rem 0 1.8rem; } img { max-width: 100%; height: auto; display: block; }
+.scroll { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .45rem .8rem; border-bottom: 1px solid #e3e7eb; white-space: nowrap; }
+th:first-child { text-align: left; } thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
+td small { display: block; color: #66727f; } code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }
+details { margin: .4rem 0; } pre { background: #f3f5f7; padding: .8rem; overflow-x: auto; font-size: .82rem; }
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class RunRecords:
+    """What a run directory holds that a page shows."""
+
+    name: str
+    evaluations: tuple[Evaluation, ...]
+    metrics: tuple[dict[str, Any], ...]
+    facts: dict[str, Any]
+    """``run.json``; empty where there is none."""
+
+
+def read_run(directory: str | Path) -> RunRecords:
+    """Finished evaluations and metrics of a run.
+
+    Raises:
+        RecordError: there is neither, or something in them is broken.
+    """
+    path = Path(directory)
+    if not path.is_dir():
+        raise RecordError(f"{directory}: there is no such folder; give a run made by prnav-train or prnav-eval")
+    evaluations = tuple(load_evaluation(found) for found in find_evaluations(path))
+    metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
+    if not evaluations and not metrics:
+        raise RecordError(
+            f"{directory}: holds neither eval/ nor {METRICS}; evaluate it with prnav-eval --run {directory}"
+        )
+    return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"))
+
+
+def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
+    """HTML text of the page, with every picture inside it."""
+    title = title or ", ".join(run.name for run in runs)
+    shown = [(run, evaluation) for run in runs for evaluation in run.evaluations]
+    names = [_name(run, evaluation) for run, evaluation in shown]
+    parts = [
+        f"<h1>{html.escape(title)}</h1>",
+        f"<p>Made by prnav {prnav.__version__} from the records of its runs.</p>",
+    ]
+    if shown:
+        parts += ["<h2>Results</h2>", f'<div class="scroll">{comparison_html([e for _, e in shown], names)}</div>']
+        parts.append(
+            "<p>Means over episodes; below each the 95 % interval of a bootstrap over episodes. SPL weighs success by "
+            "path length, SoftSPL takes progress in the place of success. Greedy takes the likeliest action, sampled "
+            "draws from the policy.</p>"
+        )
+    curves = draw_curves({run.name: run.metrics for run in runs if run.metrics}, PANELS)
+    if curves is not None:
+        parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), "Mean over the last episodes, smoothed.")]
+        parts += [f"<p>{html.escape(line)}</p>" for line in map(_trained, runs) if line]
+    if shown:
+        parts.append("<h2>Trajectories</h2>")
+    for name, (_, evaluation) in zip(names, shown, strict=True):
+        parts.append(f"<h3>{html.escape(name)}</h3>")
+        parts += _pictures(evaluation, load_trajectories(evaluation), load_maps(evaluation.directory))
+    parts.append("<h2>How it was made</h2>")
+    for name, (_, evaluation) in zip(names, shown, strict=True):
+        head = {key: value for key, value in evaluation.header.items() if key != "measures"}
+        parts.append(_details(name, head))
+    parts += [_details(f"{run.name}: run.json", run.facts) for run in runs if run.facts]
+    body = "\n".join(parts)
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{_STYLE}</style></head>'
+        f"<body>\n{body}\n</body></html>\n"
+    )
+
+
+def _pictures(evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap]) -> list[str]:
+    episodes = style.data_uri(draw_episodes(evaluation, trajectories, maps))
+    house = style.data_uri(draw_house(evaluation, trajectories, maps))
+    return [
+        _figure(episodes, "Best, median and worst episodes by SPL. Red dots are steps that hit something."),
+        _figure(house, "Trajectories in the scene with the most episodes, coloured by time."),
+    ]
+
+
+def _figure(uri: str, caption: str) -> str:
+    words = html.escape(caption)
+    return f'<figure><img src="{uri}" alt="{words}"><figcaption>{words}</figcaption></figure>'
+
+
+def _details(name: str, facts: Mapping[str, Any]) -> str:
+    text = html.escape(json.dumps(facts, indent=1))
+    return f"<details><summary>{html.escape(name)}</summary><pre>{text}</pre></details>"
+
+
+def _name(run: RunRecords, evaluation: Evaluation) -> str:
+    label = evaluation.label if evaluation.label.startswith(run.name) else f"{run.name}: {evaluation.label}"
+    return f"{label} on {evaluation.header.get('split', evaluation.directory.name)}"
+
+
+def _trained(run: RunRecords) -> str:
+    """One line on a run's budget and warm start."""
+    if not run.metrics:
+        return ""
+    steps = int(run.metrics[-1].get("step", 0))
+    warm = run.facts.get("warm_start", "none")
+    return f"{run.name}: {steps:,} environment steps; warm start: {warm}."
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        return {}
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RecordError(f"{path}: cannot be read ({error}); restore it or delete it") from error
+    return facts if isinstance(facts, dict) else {}
