@@ -14,9 +14,10 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from prnav.render.charts import coarsest_levels
 from prnav.render.engine import Float32
 from prnav.render.kernels import face_surfaces, fill_rays, shade
-from prnav.render.rays import Views
+from prnav.render.rays import Views, patch_offsets
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -34,7 +35,9 @@ class EmbreeEngine:
         self._background = np.asarray(background * 255.0, dtype=np.float32)
         self._tracers: dict[int, _Tracer] = {}
 
-    def radiance(self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int) -> Float32:
+    def radiance(
+        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+    ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
         size = grid * side
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
@@ -43,7 +46,7 @@ class EmbreeEngine:
             chosen = views.take(rows)
             width = 2.0 / size * np.linalg.norm(chosen.right, axis=-1)
             sums = np.zeros((len(chosen), grid, grid, 3), dtype=np.float32)
-            for start, directions, hits in tracer.trace(chosen, size):
+            for start, directions, hits in tracer.trace(chosen, grid, side, pattern):
                 shade(
                     start,
                     size,
@@ -97,19 +100,33 @@ class _Tracer:
     def __init__(self, mesh: SceneMesh) -> None:
         self.mesh = mesh
         self.surface = np.empty((len(mesh.faces), 7), dtype=np.float32)
-        self.tag = np.empty((len(mesh.faces), 2), dtype=np.int32)
-        face_surfaces(mesh.faces, mesh.uvs, mesh.face_texture, mesh.colors, mesh.atlas.table, self.surface, self.tag)
+        self.tag = np.empty((len(mesh.faces), 3), dtype=np.int32)
+        face_surfaces(
+            mesh.faces,
+            mesh.uvs,
+            mesh.face_texture,
+            mesh.colors,
+            mesh.atlas.table,
+            coarsest_levels(mesh),
+            self.surface,
+            self.tag,
+        )
         self._embree = EmbreeScene()
         self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
 
-    def trace(self, views: Views, size: int) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
+    def trace(
+        self, views: Views, grid: int, side: int = 1, pattern: str = "grid"
+    ) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
         """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
-        total = len(views) * size * size
+        total = len(views) * (grid * side) ** 2
+        offsets = patch_offsets(side, pattern)
         for start in range(0, total, RAYS_PER_CALL):
             count = min(RAYS_PER_CALL, total - start)
             origins = np.empty((count, 3), dtype=np.float32)
             directions = np.empty((count, 3), dtype=np.float32)
-            fill_rays(views.origin, views.right, views.up, views.forward, size, start, origins, directions)
+            fill_rays(
+                views.origin, views.right, views.up, views.forward, grid, side, offsets, start, origins, directions
+            )
             yield start, directions, self._embree.run(origins, directions, output=True)
 
 

@@ -17,8 +17,13 @@ class Engine(Protocol):
 
     name: str
 
-    def radiance(self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int) -> Float32:
-        """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1."""
+    def radiance(
+        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+    ) -> Float32:
+        """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1.
+
+        Where the rays lie in a patch is :func:`prnav.render.rays.patch_offsets` of the pattern.
+        """
         ...
 
     def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:

@@ -14,28 +14,38 @@ LEVEL_BIAS = 0.5
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fill_rays(origin, right, up, forward, size, start, ray_origin, ray_direction):
-    """Write the rays of pixels ``start ...`` (counted over views, rows, columns) into (n, 3) float32 arrays."""
-    step = 2.0 / size
-    area = size * size
+def fill_rays(origin, right, up, forward, grid, side, offsets, start, ray_origin, ray_direction):
+    """Write the rays ``start ...`` into (n, 3) float32 arrays.
+
+    Rays are counted over views, then as the pixels of a picture of (grid * side)^2: row by row, so that rays that are
+    neighbours in time are neighbours in space. Pixel (r, c) of a patch takes the patch's offset r * side + c.
+    """
+    size = grid * side
+    step = 2.0 / grid
+    view, row, column = start // (size * size), start // size % size, start % size
     for i in range(len(ray_origin)):
-        pixel = start + i
-        view = pixel // area
-        row = (pixel - view * area) // size
-        column = pixel - view * area - row * size
-        a = (column + 0.5) * step - 1.0
-        b = 1.0 - (row + 0.5) * step
+        patch_row, patch_column = row // side, column // side
+        k = (row - patch_row * side) * side + column - patch_column * side
+        a = (patch_column + offsets[k, 0]) * step - 1.0
+        b = 1.0 - (patch_row + offsets[k, 1]) * step
         for axis in range(3):
             ray_origin[i, axis] = origin[view, axis]
             ray_direction[i, axis] = forward[view, axis] + a * right[view, axis] + b * up[view, axis]
+        column += 1
+        if column == size:
+            column = 0
+            row += 1
+            if row == size:
+                row = 0
+                view += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def face_surfaces(faces, uvs, face_texture, colors, table, surface, tag):
+def face_surfaces(faces, uvs, face_texture, colors, table, coarsest, surface, tag):
     """Write what shading needs of each triangle into one record.
 
     surface (F, 7) float32: u, v of corner 0, differences of corners 1 and 2 to it, doubled area in texels of level 0.
-    tag (F, 2) int32: row of the texture table, 1 where some corner's colour is not white.
+    tag (F, 3) int32: row of the texture table, 1 where some corner's colour is not white, coarsest level allowed.
     """
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -54,6 +64,7 @@ def face_surfaces(faces, uvs, face_texture, colors, table, surface, tag):
                     tinted = 1
         tag[f, 0] = row
         tag[f, 1] = tinted
+        tag[f, 2] = coarsest[f]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -80,19 +91,23 @@ def shade(
     """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M, B, B, 3); B = size / side.
 
     The texture level is the one whose texels are about as large as the ray's pixel where it meets the triangle: a
-    pixel of area ``pixel_area`` on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the surface
-    (unit normal n, direction d of length 1 along the axis).
+    pixel of area ``pixel_area`` (M,) on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the
+    surface (unit normal n, direction d of length 1 along the axis).
     """
-    area = size * size
     quarter = np.float32(0.25)
     one = np.float32(1.0)
     scale = np.float32(1.0 / 255.0)
+    view, row, column = start // (size * size), start // size % size, start % size
     for i in range(len(triangle)):
-        pixel = start + i
-        view = pixel // area
-        row = (pixel - view * area) // size
-        column = pixel - view * area - row * size
         target = sums[view, row // side, column // side]
+        area = pixel_area[view]
+        column += 1
+        if column == size:
+            column = 0
+            row += 1
+            if row == size:
+                row = 0
+                view += 1
         f = triangle[i]
         if f < 0:
             target[0] += background[0]
@@ -111,9 +126,9 @@ def shade(
             facing = abs(
                 normal[i, 0] * direction[i, 0] + normal[i, 1] * direction[i, 1] + normal[i, 2] * direction[i, 2]
             )
-            covered = pixel_area[view] * depth[i] * depth[i] * surface[f, 6] / facing  # texels of level 0
+            covered = area * depth[i] * depth[i] * surface[f, 6] / facing  # texels of level 0
             covered *= np.float32(LEVEL_BIAS)
-            level = table[texture, 3] - 1
+            level = tag[f, 2]
             while covered > one and level > 0:
                 covered *= quarter
                 level -= 1

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import RenderError
 from prnav.render.engine import Engine, Float32
-from prnav.render.rays import Views, rays_per_side, sensor_views
+from prnav.render.rays import Views, patch_offsets, rays_per_side, sensor_views
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -43,12 +43,22 @@ class Renderer:
         engine: str = "auto",
         rays_per_receptor: int = 16,
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        pattern: str = "grid",
     ) -> None:
-        """Renderer of ``scenes``; ``engine`` is "auto" or a key of :data:`ENGINES`.
+        """Renderer of ``scenes``.
+
+        Args:
+            scenes: what agents can be in.
+            device: "cpu".
+            engine: "auto" (the fastest on the device) or a key of :data:`ENGINES`.
+            rays_per_receptor: a square number; sets the cost and the error of readings.
+            background: red, green, blue, 0 to 1, where a ray meets nothing.
+            pattern: where a receptor's rays lie in its patch: "grid" (the pixels of a finer picture) or "lattice"
+                (less error for as many rays); see :func:`prnav.render.rays.patch_offsets`.
 
         Raises:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
-                no square, or a background outside 0..1.
+                no square, an unknown pattern, or a background outside 0..1.
         """
         if device != "cpu":
             if device.split(":")[0] == "cuda":
@@ -65,6 +75,8 @@ class Renderer:
             raise RenderError(f"background is {background!r}; it must be red, green, blue from 0 to 1")
         self.rays_per_receptor = rays_per_receptor
         self._side = rays_per_side(rays_per_receptor)
+        patch_offsets(self._side, pattern)
+        self._pattern = pattern
         self._scene_count = len(scenes)
         module, name = ENGINES["embree" if engine == "auto" else engine]
         self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, colour)
@@ -115,7 +127,7 @@ class Renderer:
         side: int,
     ) -> Float32:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
-        return self._engine.radiance(scene_of_view, views, grid, side).reshape(*shape, grid, grid, 3)
+        return self._engine.radiance(scene_of_view, views, grid, side, self._pattern).reshape(*shape, grid, grid, 3)
 
     def _views(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike

@@ -27,6 +27,8 @@ class PhotoreceptorConfig:
     """Receptors per row of each sensor; the design's own if not given."""
     rays_per_receptor: int = 16
     """Rays averaged in a receptor: a square number. Error against cost: see docs/rendering.md."""
+    pattern: Literal["grid", "lattice"] = "grid"
+    """Where a receptor's rays lie in its patch."""
     engine: Literal["auto", "embree", "reference", "egl", "osmesa"] = "auto"
     device: str = "cpu"
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -50,7 +52,9 @@ class Photoreceptors:
         self.config = config
         self.design: Design = load_design(config.design)
         self.grid = self.design.grid if config.grid is None else config.grid
-        self.renderer = Renderer(scenes, config.device, config.engine, config.rays_per_receptor, config.background)
+        self.renderer = Renderer(
+            scenes, config.device, config.engine, config.rays_per_receptor, config.background, config.pattern
+        )
 
     @property
     def shape(self) -> tuple[int, int, int]:
