@@ -84,7 +84,8 @@ def _natural(text: str) -> int:
 
 def _progress() -> Progress:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=Console(stderr=True), transient=True)
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
 def _generate(options: argparse.Namespace) -> int:
@@ -119,7 +120,7 @@ def _generate(options: argparse.Namespace) -> int:
     table = concatenate_tables(tables)
     header = make_header(settings, options.up, options.seed, hashes)
     save_episodes(EpisodeDataset(tuple(table.to_episodes()), header), path, content=len(ids) > 1)
-    print(f"{path}: {len(table)} episodes in {len(ids)} scene{'s' * (len(ids) > 1)}")
+    print(f"{path}: {_count(len(table), 'episode')} in {_count(len(ids), 'scene')}")
     return 0
 
 
@@ -197,9 +198,10 @@ def _check(options: argparse.Namespace) -> int:
             problems.extend(misplaced(table, scene_id, load_navmesh(scene)))
     for line in problems:
         print(line)
-    print(f"{source}: {len(table)} episodes in {len(table.scene_ids)} scenes, {len(problems)} problems")
+    found = _count(len(problems), "problem") if problems else "no problem"
+    print(f"{source}: {_count(len(table), 'episode')} in {_count(len(table.scene_ids), 'scene')}, {found}")
     if absent:
-        print(f"{len(absent)} scenes are not here, their episodes were read but not tried: {absent[0]}")
+        print(f"not tried, as {_count(len(absent), 'scene')} could not be opened: {absent[0]}")
     return 1 if problems else 0
 
 
@@ -237,6 +239,10 @@ def _info(options: argparse.Namespace) -> int:
     if isinstance(made, dict):
         print(f"made by      prnav {made.get('version')}, seed {made.get('seed')}, up {made.get('up')}")
     return 0
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number:,} {word}{'s' * (number != 1)}"
 
 
 def _spread(values: np.ndarray[Any, Any]) -> str:

@@ -35,10 +35,10 @@ def misplaced(table: EpisodeTable, scene_id: str, navmesh: NavMesh) -> list[str]
         away[name] = np.nan_to_num(np.linalg.norm(navmesh.snap(points) - points, axis=1), nan=np.inf)
     distances = navmesh.distances(starts, goals)
     for place, row in enumerate(rows):
-        where = f"{scene_id}: episode {table.episode_ids[row]!r}"
+        where = f"{scene_id}: episode {str(table.episode_ids[row])!r}"
         off = [name for name in ("start", "goal") if away[name][place] > SNAP_TOLERANCE]
         if off:
-            lines.append(f"{where}: its {' and its '.join(off)} lie more than {SNAP_TOLERANCE} m off the floor")
+            lines.append(f"{where}: {' and '.join(off)} farther than {SNAP_TOLERANCE} m from the floor")
         elif not np.isfinite(distances[place]):
             lines.append(f"{where}: its goal cannot be reached from its start")
     return lines
