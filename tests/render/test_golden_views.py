@@ -72,4 +72,4 @@ def test_rays_through_the_very_pixels_leave_nothing_but_filtering(small_house, g
     readings = Renderer([small_house], rays_per_receptor=rays).read(*requests(golden_views, fov), grid=grid)[:, 0]
     error = np.abs(readings * 255 - patches(golden_views[f"rgb_{fov}"].astype(float), grid))
     assert error.mean() < 0.35
-    assert np.percentile(error, 99) < 1.8
+    assert np.percentile(error, 99) < 2.2

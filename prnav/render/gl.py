@@ -1,0 +1,190 @@
+"""Engines "egl" and "osmesa": pyrender draws the pictures, readings are their patches' means.
+
+For comparison with rasterisers; ray casting is far faster here. Drawn flat (no lights), from both sides, with the
+driver's own texture filtering and four samples per pixel. A sensor's picture has at least ``MIN_SIZE`` pixels per
+side, as a rasteriser takes the same time for small ones.
+
+OpenGL binds to one platform per process, when it is first imported: a process can use EGL or OSMesa, not both.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.metadata
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.errors import RenderError
+from prnav.render.engine import Float32
+from prnav.render.rays import Float64, Views
+
+if TYPE_CHECKING:
+    from prnav.scene.mesh import SceneMesh
+
+MIN_SIZE = 128
+"""Fewest pixels per side of a drawn picture."""
+
+NEAR = 0.005
+"""Distance of the near plane [m]; what is closer is not drawn."""
+
+MIN_PYOPENGL = (3, 1, 10)
+"""First PyOpenGL that works with NumPy 2 and has OSMesa's core profile."""
+
+_LIBRARIES = {"egl": ("libEGL.so.1", "libegl1 libgl1-mesa-dri"), "osmesa": ("libOSMesa.so.8", "libosmesa6")}
+
+
+class GlEngine:
+    """Rasteriser behind :class:`prnav.render.engine.Engine`; ``name`` is also PyOpenGL's platform."""
+
+    name = ""
+
+    def __init__(self, scenes: Sequence[SceneMesh], background: NDArray[np.float64]) -> None:
+        self._pyrender = load_pyrender(self.name)
+        self._meshes = scenes
+        self._background = background
+        self._drawable: dict[int, Any] = {}
+        self._canvas: Any = None
+
+    def radiance(
+        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+    ) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.radiance`; ``side`` is a lower bound.
+
+        Raises:
+            RenderError: a pattern other than "grid".
+        """
+        if pattern != "grid":
+            raise RenderError(f'engine {self.name!r} draws whole pictures; it has no pattern {pattern!r}, only "grid"')
+        side = max(side, -(-MIN_SIZE // grid))
+        readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
+        for row, colour, _ in self._draw(scene_of_view, views, grid * side):
+            patches = colour.reshape(grid, side, grid, side, 3).mean(axis=(1, 3), dtype=np.float64)
+            readings[row] = patches / 255.0
+        return readings
+
+    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
+        depths = np.empty((len(views), size, size), dtype=np.float32)
+        for row, _, depth in self._draw(scene_of_view, views, size):
+            depths[row] = np.where(depth == 0.0, np.inf, depth)
+        return depths
+
+    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Any:
+        """Per view, scene by scene: its row, colours (size, size, 3) uint8, depths (size, size), 0 on a miss."""
+        flags = self._pyrender.RenderFlags.FLAT | self._pyrender.RenderFlags.SKIP_CULL_FACES
+        canvas = self._canvas_of(size)
+        for row in np.argsort(scene_of_view, kind="stable"):
+            scene, far = self._drawable_of(int(scene_of_view[row]))
+            tangent = float(np.linalg.norm(views.right[row]))
+            camera = self._pyrender.PerspectiveCamera(
+                yfov=2.0 * np.arctan(tangent), aspectRatio=1.0, znear=NEAR, zfar=far
+            )
+            node = scene.add(camera, pose=_pose(views, int(row), tangent))
+            scene.main_camera_node = node
+            colour, depth = canvas.render(scene, flags=flags)
+            scene.remove_node(node)
+            yield row, colour, depth
+
+    def _canvas_of(self, size: int) -> Any:
+        if self._canvas is None or self._canvas.viewport_width != size:
+            if self._canvas is not None:
+                self._canvas.delete()
+                self._drawable.clear()  # their buffers went with the context
+            self._canvas = self._pyrender.OffscreenRenderer(size, size)
+        return self._canvas
+
+    def _drawable_of(self, index: int) -> tuple[Any, float]:
+        if index not in self._drawable:
+            mesh = self._meshes[index]
+            scene = self._pyrender.Scene(bg_color=[*self._background, 1.0])
+            scene.add(self._pyrender.Mesh(_primitives(self._pyrender, mesh)))
+            far = 2.0 * float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])) + 10.0
+            self._drawable[index] = scene, far
+        return self._drawable[index]
+
+
+class EglEngine(GlEngine):
+    """pyrender through EGL, on a GPU or on Mesa's software driver."""
+
+    name = "egl"
+
+
+class OsmesaEngine(GlEngine):
+    """pyrender through OSMesa, in software."""
+
+    name = "osmesa"
+
+
+def load_pyrender(platform: str) -> Any:
+    """The pyrender module, bound to a platform.
+
+    Raises:
+        RenderError: a package or library is missing or too old, or OpenGL is bound to another platform already.
+    """
+    library, package = _LIBRARIES[platform]
+    try:
+        ctypes.CDLL(library)
+    except OSError as error:
+        raise RenderError(
+            f"engine {platform!r} needs the library {library}; on Debian and Ubuntu: apt-get install {package}"
+        ) from error
+    remedy = 'pip install "prnav[gl]", then pip install "PyOpenGL>=3.1.10" (over pyrender\'s pin)'
+    versions = {}
+    for name in ("pyrender", "PyOpenGL"):
+        try:
+            versions[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError as error:
+            raise RenderError(f"engine {platform!r} needs the package {name}; {remedy}") from error
+    found = tuple(int(part) for part in versions["PyOpenGL"].split(".")[:3] if part.isdigit())
+    if found < MIN_PYOPENGL:
+        raise RenderError(f"engine {platform!r} needs PyOpenGL 3.1.10 or newer, found {versions['PyOpenGL']}; {remedy}")
+    bound = os.environ.get("PYOPENGL_PLATFORM")
+    if "OpenGL" in sys.modules and bound != platform:
+        raise RenderError(
+            f"engine {platform!r} cannot start: OpenGL runs on platform {bound or 'default'!r} in this process "
+            f"already; use one rasteriser per process"
+        )
+    os.environ["PYOPENGL_PLATFORM"] = platform
+    import pyrender
+
+    return pyrender
+
+
+def _pose(views: Views, row: int, tangent: float) -> Float64:
+    """Camera to world, 4 x 4: x right, y up, looking along -z."""
+    pose = np.eye(4)
+    pose[:3, 0] = views.right[row] / tangent
+    pose[:3, 1] = views.up[row] / tangent
+    pose[:3, 2] = -views.forward[row]
+    pose[:3, 3] = views.origin[row]
+    return pose
+
+
+def _primitives(pyrender: Any, mesh: SceneMesh) -> list[Any]:
+    """One drawable part per texture."""
+    parts = []
+    for texture in np.unique(mesh.face_texture):
+        used, faces = np.unique(mesh.faces[mesh.face_texture == texture], return_inverse=True)
+        image = np.ascontiguousarray(mesh.atlas.image(int(texture))[..., :3])
+        uvs = mesh.uvs[used] * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)  # pyrender's v runs up
+        colors = np.concatenate([mesh.colors[used] / 255.0, np.ones((len(used), 1))], axis=1)
+        material = pyrender.MetallicRoughnessMaterial(
+            baseColorFactor=[1.0, 1.0, 1.0, 1.0],
+            baseColorTexture=pyrender.Texture(source=image, source_channels="RGB"),
+            doubleSided=True,
+        )
+        parts.append(
+            pyrender.Primitive(
+                positions=mesh.vertices[used],
+                texcoord_0=uvs,
+                color_0=colors.astype(np.float32),
+                indices=faces.reshape(-1, 3),
+                material=material,
+            )
+        )
+    return parts
