@@ -1,0 +1,1 @@
+"""Benchmarks: each prints ``name metric value unit`` lines or JSON rows with the device and the version."""

@@ -19,7 +19,7 @@ from prnav.files import atomic_path
 INK, MUTED, FAINT, PAPER = "#1f2933", "#66727f", "#d5dae0", "#ffffff"
 FLOOR, WALL = "#f3efe6", "#8a8f98"
 START, GOAL, COLLISION = "#1769aa", "#1a8a4a", "#d92d20"
-SERIES = ("#1769aa", "#e07a1f", "#1a8a4a", "#8e44ad", "#b4472e", "#4b5563")
+SERIES = ("#1769aa", "#e07a1f", "#1a8a4a", "#8e44ad", "#b4472e", "#4b5563", "#0f8b8d", "#b8860b")
 """Colours of runs, in order; told apart by most colour-blind readers too."""
 TIME = LinearSegmentedColormap.from_list("time", ["#27187e", "#2a6fdb", "#16a5b8", "#5fc98a"])
 """Colour map of time along a trajectory, dark to light; without red, which is for collisions."""

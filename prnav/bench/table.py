@@ -1,0 +1,86 @@
+"""The benchmarks there are, what a row is, and how speed is measured.
+
+A benchmark ``NAME`` is a function ``measure_NAME(seconds=...)`` in ``prnav/bench`` that returns rows.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import platform
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import prnav
+from prnav.errors import ConfigError
+
+Row = dict[str, Any]
+"""``name``, ``metric``, ``value``, ``unit``, ``device``, ``version``."""
+
+BENCHMARKS: dict[str, tuple[str, str]] = {
+    "navmesh": ("prnav.bench.navmesh", "walking, goal distances and paths on a floor, beside networkx and scipy"),
+    "render": ("prnav.bench.render", "photoreceptor readings and pictures per second, by engine"),
+    "accuracy": ("prnav.bench.accuracy", "error of readings against rays per receptor"),
+    "scaling": ("prnav.bench.scaling", "rendering speed against triangles and agents"),
+    "sim": ("prnav.bench.sim", "environment steps per second"),
+}
+"""Module and one line about each benchmark; those whose module is not there yet are not offered."""
+
+
+def available() -> dict[str, str]:
+    """Benchmarks of this version: name to what they measure."""
+    return {name: text for name, (module, text) in BENCHMARKS.items() if importlib.util.find_spec(module)}
+
+
+def measure(name: str, seconds: float | None = None) -> list[Row]:
+    """Rows of a benchmark; each figure is measured for about ``seconds`` (its own default where None).
+
+    Raises:
+        ConfigError: there is no such benchmark.
+    """
+    if name not in available():
+        raise ConfigError(f"benchmark {name!r} is not known; valid: {', '.join(available())}")
+    function = getattr(importlib.import_module(BENCHMARKS[name][0]), f"measure_{name}")
+    rows: list[Row] = function() if seconds is None else function(seconds=seconds)
+    return rows
+
+
+def device_name(cores: int = 1) -> str:
+    """What a figure of the CPU was measured on."""
+    return f"{platform.machine()} {platform.system()}, {cores} core{'s' * (cores > 1)}"
+
+
+def row(name: str, metric: str, value: float, unit: str, device: str | None = None) -> Row:
+    """One figure, to four significant digits."""
+    return {
+        "name": name,
+        "metric": metric,
+        "value": float(f"{value:.4g}"),
+        "unit": unit,
+        "device": device or device_name(),
+        "version": prnav.__version__,
+    }
+
+
+def rate(work: Callable[[], int], seconds: float) -> float:
+    """Things done per second of CPU time of this process; ``work`` does some and says how many.
+
+    CPU time, so that other work on a shared machine matters less. The first call, which may compile, does not count.
+    """
+    work()
+    done, start = 0, time.process_time()
+    while True:
+        done += work()
+        spent = time.process_time() - start
+        if spent >= seconds:
+            return done / spent
+
+
+def format_rows(rows: Sequence[Row]) -> str:
+    """Lines of ``name metric value unit`` in columns."""
+    columns = [[r["name"], r["metric"], f"{r['value']:,.6g}", r["unit"]] for r in rows]
+    widths = [max(len(line[i]) for line in columns) for i in range(4)] if columns else []
+    return "\n".join(
+        f"{line[0]:<{widths[0]}}  {line[1]:<{widths[1]}}  {line[2]:>{widths[2]}}  {line[3]}" for line in columns
+    )
