@@ -75,6 +75,8 @@ class PolicyAgent:
         self.actions = actions
         self.device = torch.device(device)
         self.policy = policy.to(self.device).eval()
+        if self.device.type == "cpu":
+            torch.set_num_threads(1)  # blocks are too small to share, and sums must not depend on the machine's cores
         blocks = -(-num_slots // BLOCK)
         self._states = [policy.initial_state(BLOCK).to(self.device) for _ in range(blocks)]
         self._previous = np.zeros(num_slots, dtype=np.int64)
