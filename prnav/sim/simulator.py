@@ -38,9 +38,19 @@ class SimConfig:
         """Turn angle [rad]."""
         return float(np.deg2rad(self.turn_angle_deg))
 
+    @property
+    def turns_in_circle(self) -> int:
+        """How many turns make a full circle; 0 where no whole number does."""
+        count = round(360.0 / self.turn_angle_deg)
+        return count if abs(count * self.turn_angle_deg - 360.0) < 1e-9 else 0
+
 
 class Simulator:
-    """N agents in any mix of a world's scenes; rows do not influence each other."""
+    """N agents in any mix of a world's scenes; rows do not influence each other.
+
+    Yaws are counted in turns from the yaw at reset, so that a heading an agent comes back to is the same to the bit:
+    otherwise a step that grazes a wall could hit it after a full circle where it passed before.
+    """
 
     def __init__(self, world: World, num_agents: int, config: SimConfig = SimConfig()):  # noqa: B008 (frozen)
         self.world = world
@@ -48,6 +58,8 @@ class Simulator:
         self.num_agents = num_agents
         self.positions = np.zeros((num_agents, 3))  #: feet [m], (N, 3)
         self.yaws = np.zeros(num_agents)  #: [rad] in [-pi, pi), (N,)
+        self.start_yaws = np.zeros(num_agents)  #: at the last reset [rad], (N,)
+        self.turns = np.zeros(num_agents, np.int64)  #: made to the left since then, modulo a full circle, (N,)
         self.scene_index = np.zeros(num_agents, np.int64)  #: index into the world's scenes, (N,)
         self.collided = np.zeros(num_agents, np.bool_)  #: whether the last action hit something, (N,)
 
@@ -56,6 +68,8 @@ class Simulator:
         slots = np.asarray(slots, np.int64)
         self.scene_index[slots] = scene_index
         self.positions[slots] = positions
+        self.start_yaws[slots] = yaws
+        self.turns[slots] = 0
         self.yaws[slots] = wrap_angle(yaws)
         self.collided[slots] = False
 
@@ -63,8 +77,11 @@ class Simulator:
         """Carry out one action per agent, (N,); the distance that each moved, (N,) [m]."""
         actions = np.asarray(actions)
         self.collided[:] &= actions == HOLD
-        turns = (actions == LEFT).astype(np.float64) - (actions == RIGHT)
-        self.yaws = wrap_angle(self.yaws + turns * self.config.turn_angle)
+        turning = np.flatnonzero((actions == LEFT) | (actions == RIGHT))
+        if len(turning):
+            turns = self._modulo(self.turns[turning] + np.where(actions[turning] == LEFT, 1, -1))
+            self.turns[turning] = turns
+            self.yaws[turning] = wrap_angle(self.start_yaws[turning] + turns * self.config.turn_angle)
         moved = np.zeros(self.num_agents)
         walking = np.flatnonzero(actions == FORWARD)
         if len(walking):
@@ -78,9 +95,18 @@ class Simulator:
             moved[walking] = np.linalg.norm(reached - starts, axis=1)
         return moved
 
+    def yaws_after(self, slots: NDArray[np.int64], turns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Yaws [rad] of agents (n,) after so many turns to the left (n,), exactly as :meth:`step` would make them."""
+        turns = self._modulo(self.turns[slots] + turns)
+        return wrap_angle(self.start_yaws[slots] + turns * self.config.turn_angle)
+
+    def _modulo(self, turns: NDArray[np.int64]) -> NDArray[np.int64]:
+        circle = self.config.turns_in_circle
+        return turns % circle if circle else turns
+
     def get_state(self) -> dict[str, NDArray[np.generic]]:
         """Copies of all state arrays, for a checkpoint."""
-        names = ("positions", "yaws", "scene_index", "collided")
+        names = ("positions", "yaws", "start_yaws", "turns", "scene_index", "collided")
         return {name: getattr(self, name).copy() for name in names}
 
     def set_state(self, state: dict[str, NDArray[np.generic]]) -> None:

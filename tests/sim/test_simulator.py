@@ -26,9 +26,15 @@ def test_turns_walk_and_hold(world):
 
 def test_twelve_turns_come_full_circle(world):
     simulator = Simulator(world, 1)
+    simulator.reset([0], [0], np.zeros((1, 3)), [0.7])
+    begin = simulator.yaws[0]
     for _ in range(12):
         simulator.step([LEFT])
-    assert simulator.yaws[0] == pytest.approx(0.0, abs=1e-12)
+    assert simulator.yaws[0] == begin
+    simulator.step([RIGHT])
+    assert simulator.yaws[0] == pytest.approx(begin - np.pi / 6)
+    simulator.step([LEFT])
+    assert simulator.yaws[0] == begin
 
 
 def test_rows_do_not_depend_on_the_batch(world):
