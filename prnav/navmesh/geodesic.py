@@ -27,6 +27,7 @@ from prnav.navmesh.planar import BETTER, NARROW, TOUCH, cross, length, nearest_o
 
 FULL = -1  #: the arrays are too small; call again with larger ones
 NOWHERE = -2  #: the search ended without the target
+ROOTS = 1 << 27  #: more than a search can have
 
 
 @njit(cache=True, nogil=True)
@@ -63,7 +64,7 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
     ``edge`` is the corner of the polygon that is entered, ``tl`` and ``tr`` the interval along it. ``target`` is
     (polygon, x, z), polygon -1 for none.
     """
-    nodes, ends, key, heap, fans, fan_root, bound, bound_root = scratch
+    nodes, ends, key, heap, fans, fan_root, bound, bound_root, _ = scratch
     a, b = s.corner[edge], s.corner[s.following[edge]]
     dx, dz = b[0] - a[0], b[2] - a[2]
     size = length(dx, dz)
@@ -179,6 +180,11 @@ def expand(s, base, node, target, scratch, state, roots, links):
     touching = nearest_on_segment(rx, rz, a[0], a[2], b[0], b[2])[1] <= TOUCH * TOUCH
     lx, lz = a[0] + tl * (b[0] - a[0]) - rx, a[2] + tl * (b[2] - a[2]) - rz
     ex, ez = a[0] + tr * (b[0] - a[0]) - rx, a[2] + tr * (b[2] - a[2]) - rz
+    if touching:  # around a vertex in the middle of the floor such windows would follow each other for ever
+        around, mark = scratch[8], state[3] * ROOTS + root
+        if around[s.polygon[k]] == mark:
+            return True
+        around[s.polygon[k]] = mark
     left_root, right_root = -2, -2  # not asked for yet
     c = b
     right_c = cross(ex, ez, c[0] - rx, c[2] - rz)
@@ -266,7 +272,7 @@ def force(s, base, scene, reached, stamp, target, scratch, state, roots, links):
 
     Returns how many windows were pushed, FULL where the arrays are too small.
     """
-    fans, bound, bound_root = scratch[4], scratch[6], scratch[7]
+    fans, fan_root, bound, bound_root = scratch[4], scratch[5], scratch[6], scratch[7]
     first, end = s.scene_polygon[scene], s.scene_polygon[scene + 1]
     pushed = 0
     for p in range(first, end):
@@ -283,19 +289,23 @@ def force(s, base, scene, reached, stamp, target, scratch, state, roots, links):
                     best, corner = bound[f], end_corner
             if corner < 0:
                 continue
-            new, parent = state[2], bound_root[s.fan[corner] - base]
-            if new >= len(roots):
-                return FULL
-            state[2] += 1
-            for i in range(3):
-                roots[new, i] = s.corner[corner, i]
-            roots[new, 3] = best
-            roots[new, 4] = roots[parent, 4] + math.sqrt(
-                (roots[new, 0] - roots[parent, 0]) ** 2
-                + (roots[new, 1] - roots[parent, 1]) ** 2
-                + (roots[new, 2] - roots[parent, 2]) ** 2
-            )
-            links[new, 0], links[new, 1] = parent, s.fan[corner] - base
+            f = s.fan[corner] - base
+            new, parent = fan_root[f], bound_root[f]
+            if new < 0 or roots[new, 3] > best + BETTER:
+                new = state[2]
+                if new >= len(roots):
+                    return FULL
+                state[2] += 1
+                for i in range(3):
+                    roots[new, i] = s.corner[corner, i]
+                roots[new, 3] = best
+                roots[new, 4] = roots[parent, 4] + math.sqrt(
+                    (roots[new, 0] - roots[parent, 0]) ** 2
+                    + (roots[new, 1] - roots[parent, 1]) ** 2
+                    + (roots[new, 2] - roots[parent, 2]) ** 2
+                )
+                links[new, 0], links[new, 1] = parent, f
+                fan_root[f] = new
             if not push(s, base, k, 0.0, 1.0, new, True, target, scratch, state, roots):
                 return FULL
             reached[p - first] = stamp

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,7 +21,7 @@ class _Pool:
     def __init__(self, slots: int, rows: int, *columns: tuple[int, type]):
         self.place = np.zeros(slots, np.int64)
         self.room = np.zeros(slots, np.int64)
-        self.arrays = [np.empty((rows, width) if width else rows, kind) for width, kind in columns]
+        self.arrays: list[NDArray[Any]] = [np.empty((rows, width) if width else rows, kind) for width, kind in columns]
         self.used = 0
 
     def claim(self, slot: int, rows: int) -> slice:
@@ -78,7 +80,7 @@ class GoalFields:
         slots = self._slots(slot_ids, len(goals))
         scenes = queries.as_scenes(scene_ids, len(goals), len(self.navmesh_set))
         surface, search = self.navmesh_set.surface, self._search
-        positions, polygons = queries.find(surface, scenes, goals)
+        positions, polygons = queries.find_ends(surface, scenes, goals)
         nowhere = np.array([-1.0, 0.0, 0.0])
         for i, slot in enumerate(slots.tolist()):
             scene, polygon = int(scenes[i]), int(polygons[i])
@@ -104,13 +106,13 @@ class GoalFields:
         """Distance of points (n, 3) to their slots' goals, (n,) [m], and the next turning point, (n, 3).
 
         The turning point is the goal itself where it lies in a straight line. A goal on another island, a slot never
-        prepared and a point with no floor in reach give inf and NaN. Points that snap are measured from the floor.
+        prepared and a point with no floor in reach give inf and NaN. Points off the floor are measured from where they snap, those straight above or below it from where they are.
         """
         points = queries.as_points(points)
         slots = self._slots(slot_ids, len(points))
         surface = self.navmesh_set.surface
         scenes = np.maximum(self._scene[slots], 0)
-        positions, polygons = queries.find(surface, scenes, points)
+        positions, polygons = queries.find_ends(surface, scenes, points)
         distances, corners = np.empty(len(points)), np.empty((len(points), 3))
         geodesic.query_windows(
             surface, slots, scenes, polygons, positions, self._scene, self._polygon, self._place,

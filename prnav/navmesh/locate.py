@@ -2,7 +2,9 @@
 
 The nearest polygon is Detour's ``findNearestPoly`` as Habitat calls it: among polygons that touch the box of half
 extents 2, 4, 2 m around the point, a polygon straight above or below costs the height difference beyond the climb,
-any other one the distance to its outline; the cheapest wins. A point with floor within the climb below or above it is
+any other one the distance to its outline; the cheapest wins. One oddity of Detour is kept, because Habitat's recorded answers have
+it: a box that holds the lower corner of the scene's bounds sees the scene's first polygon too, however far away that
+is, so that a few points outside the building snap to it instead of nowhere. A point with floor within the climb below or above it is
 found through the grid alone.
 """
 
@@ -118,6 +120,10 @@ def nearest(s, scene, x, y, z, out):
                     return p
     # the whole box
     scene_box = s.scene_box[scene]
+    if x - REACH_XZ >= scene_box[3] or z - REACH_XZ >= scene_box[5]:
+        return -1
+    if x + REACH_XZ < scene_box[0] or z + REACH_XZ < scene_box[2]:
+        return -1
     low = np.empty(3, np.int64)
     high = np.empty(3, np.int64)
     for i in range(3):
@@ -166,6 +172,20 @@ def nearest(s, scene, x, y, z, out):
                 if squared < best or (squared == best and p < found):
                     best, found = squared, p
                     out[0], out[1], out[2] = point[0], point[1], point[2]
+    if low[0] > 0 or low[1] > 0 or low[2] > 0:
+        return found
+    # Detour's tree has a spare last node of no size at the lower corner that names the first polygon
+    p = s.scene_polygon[scene]
+    if s.island[p] >= 0:
+        if inside(s, p, x, z):
+            point[0], point[1], point[2] = x, height(s, p, x, z), z
+            squared = max(0.0, abs(point[1] - y) - climb) ** 2
+        else:
+            nearest_outline(s, p, x, z, point)
+            squared = (point[0] - x) ** 2 + (point[1] - y) ** 2 + (point[2] - z) ** 2
+        if squared < best:
+            found = p
+            out[0], out[1], out[2] = point[0], point[1], point[2]
     return found
 
 

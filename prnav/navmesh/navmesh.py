@@ -157,14 +157,15 @@ class NavMesh:
         """Geodesic distances of pairs, (N,) [m]: ``a`` and ``b`` are (N, 3), or one of them a single point.
 
         Exact: the way is the shortest in the ground plane, its length the sum of straight segments in space between
-        its turning points. inf between islands and where no floor is in reach.
+        its turning points. An end straight above or below the floor keeps its height, as in Habitat; any other end off
+        the floor is where it snaps to. inf between islands and where no floor is in reach.
         """
         a, b = np.broadcast_arrays(queries.as_points(a, "a"), queries.as_points(b, "b"))
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
         return pair_distances(self._search, _zeros(len(a)), a, b)
 
     def path(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
-        """Turning points of the shortest path from ``a`` to ``b``, both (snapped) ends included, (M, 3).
+        """Turning points of the shortest path from ``a`` to ``b``, both ends included, (M, 3).
 
         No rows where there is no path.
         """
@@ -203,7 +204,8 @@ class NavMesh:
     def _polygon_areas(self) -> NDArray[np.float64]:
         s = self.surface
         polygon = np.repeat(np.arange(len(s.island)), np.diff(s.detail_start))
-        return np.bincount(polygon, weights=triangle_areas(s.detail), minlength=len(s.island))
+        areas = np.bincount(polygon, weights=triangle_areas(s.detail), minlength=len(s.island))
+        return areas.astype(np.float64)
 
     def _find(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         points = queries.as_points(points)

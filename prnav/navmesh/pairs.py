@@ -26,6 +26,7 @@ class SearchArrays:
         polygons = int(np.diff(surface.scene_polygon).max(initial=0))
         self._per_fan = (np.zeros(fans, np.int64), np.zeros(fans, np.int32), np.zeros(fans), np.zeros(fans, np.int32))
         self.reached = np.zeros(polygons, np.int64)
+        self._around = np.zeros(len(surface.island), np.int64)
         self.stamp = np.zeros(1, np.int64)
         self.state = np.zeros(4, np.int64)
         self._allocate(FIRST_WINDOWS)
@@ -37,6 +38,7 @@ class SearchArrays:
             np.empty(windows),
             np.empty(windows, np.int32),
             *self._per_fan,
+            self._around,
         )
         self.roots = np.empty((windows, 5))
         self.links = np.empty((windows, 2), np.int32)
@@ -70,8 +72,8 @@ class SearchArrays:
 def pair_distances(arrays: SearchArrays, scenes: NDArray[np.int64], starts: Floats, ends: Floats) -> Floats:
     """Geodesic distances between points (N, 3), (N,) [m]; inf between islands and off the floor."""
     surface = arrays.surface
-    a, p = queries.find(surface, scenes, starts)
-    b, q = queries.find(surface, scenes, ends)
+    a, p = queries.find_ends(surface, scenes, starts)
+    b, q = queries.find_ends(surface, scenes, ends)
     distances = np.empty(len(starts))
     row = 0
     while True:
@@ -88,7 +90,7 @@ def shortest_path(arrays: SearchArrays, scene: int, start: Floats, end: Floats) 
     """Turning points of a shortest path, both ends included, (M, 3); no rows where there is none."""
     surface = arrays.surface
     scenes = np.array([scene, scene], np.int64)
-    points, polygons = queries.find(surface, scenes, np.stack([start, end]))
+    points, polygons = queries.find_ends(surface, scenes, np.stack([start, end]))
     if polygons.min() < 0 or surface.island[polygons[0]] != surface.island[polygons[1]]:
         return np.zeros((0, 3))
     if polygons[0] == polygons[1]:

@@ -56,6 +56,17 @@ def find(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[F
     return positions, polygons
 
 
+def find_ends(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[Floats, Ints]:
+    """Ends of shortest paths (N, 3) and their polygons (N,).
+
+    As in Habitat, a point straight above or below its polygon keeps its own height: its path starts there.
+    """
+    positions, polygons = find(surface, scenes, points)
+    over = (positions[:, 0] == points[:, 0]) & (positions[:, 2] == points[:, 2])
+    positions[over, 1] = points[over, 1]
+    return positions, polygons
+
+
 def island_of(surface: Surface, polygons: Ints) -> Ints:
     """Island of polygons (N,), -1 for polygon -1."""
     return np.where(polygons >= 0, surface.island[polygons], -1) if len(surface.island) else polygons

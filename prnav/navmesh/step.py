@@ -63,7 +63,7 @@ def walk(s, p, x, z, ex, ez, out):
         return p, REACHED
     ux, uz = dx / far, dz / far
     for _ in range(4 * len(s.island) + 16):
-        best, edge = math.inf, -1
+        best, edge, others = math.inf, -1, False
         for k in range(s.start[p], s.start[p + 1]):
             n = s.following[k]
             ax, az = s.corner[k, 0], s.corner[k, 2]
@@ -74,11 +74,22 @@ def walk(s, p, x, z, ex, ez, out):
                 continue
             side = max(0.0, cross(lx, lz, x - ax, z - az))
             t = side / (side - side_end)
+            others = others or abs(t - best) * far <= TOUCH
             if t < best:
                 best, edge = t, k
         if edge < 0:
             return p, REACHED
         hx, hz = x + best * dx, z + best * dz
+        if others:  # edges in one line, or a corner: the one that is met
+            near = math.inf
+            for k in range(s.start[p], s.start[p + 1]):
+                n = s.following[k]
+                ax, az, bx, bz = s.corner[k, 0], s.corner[k, 2], s.corner[n, 0], s.corner[n, 2]
+                if cross(bx - ax, bz - az, ex - ax, ez - az) >= -TOUCH * length(bx - ax, bz - az):
+                    continue
+                squared = nearest_on_segment(hx, hz, ax, az, bx, bz)[1]
+                if squared < near:
+                    near, edge = squared, k
         n = s.following[edge]
         corner = -1
         if length(s.corner[edge, 0] - hx, s.corner[edge, 2] - hz) <= TOUCH:
@@ -194,7 +205,7 @@ def walk_straight(s, polygons, starts, ends, positions, last):
     blocked = 0
     point = np.empty(2)
     for i in range(len(starts)):
-        if polygons[i] < 0:
+        if polygons[i] < 0 or not (math.isfinite(ends[i, 0]) and math.isfinite(ends[i, 2])):
             last[i] = -1
             continue
         p, state = walk(s, polygons[i], starts[i, 0], starts[i, 2], ends[i, 0], ends[i, 2], point)

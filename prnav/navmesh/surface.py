@@ -183,7 +183,8 @@ def _detail(mesh: PolyMesh) -> tuple[NDArray[np.float64], NDArray[np.uint8], NDA
             parts.append(rows)
             part_bits.append(row_bits)
             sizes.append(len(rows))
-        triangles, bits, start = np.concatenate(parts), np.concatenate(part_bits), _offsets(sizes)
+        triangles, bits = np.concatenate(parts), np.concatenate(part_bits)
+        start = _offsets(sizes).astype(np.int32)
     detail = mesh.all_vertices[triangles].reshape(-1, 9)
     return np.ascontiguousarray(detail, dtype=np.float64), bits.astype(np.uint8), start.astype(np.int32)
 

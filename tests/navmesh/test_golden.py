@@ -1,0 +1,146 @@
+"""Habitat's recorded answers on its own navigation meshes."""
+
+import dataclasses
+import json
+import os
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from prnav.navmesh import GoalFields, NavMesh, NavMeshSet
+
+GOLDEN = os.environ.get("PRNAV_GOLDEN")
+SCENES = ["simple_room", "small_house", "iai_apartment", "dream_apartment", "hospital_two_floors"]
+pytestmark = pytest.mark.skipif(not GOLDEN, reason="set PRNAV_GOLDEN to the folder of Habitat's recorded answers")
+
+
+@cache
+def load(name):
+    folder = Path(GOLDEN) / name
+    return NavMesh.load(folder / "scene.navmesh"), json.loads((folder / "golden.json").read_text())
+
+
+def column(rows, key):
+    """Points of a recording, (N, 3); null is NaN."""
+    blank = [None] * 3
+    return np.array([[np.nan if c is None else c for c in (row[key] or blank)] for row in rows], float)
+
+
+def numbers(rows, key):
+    return np.array([np.inf if row[key] is None else row[key] for row in rows], float)
+
+
+@pytest.fixture(params=SCENES)
+def scene(request):
+    return request.param
+
+
+def test_area_and_islands(scene):
+    navmesh, golden = load(scene)
+    assert navmesh.area == pytest.approx(golden["navigable_area"], rel=1e-6)
+    assert [i.area for i in navmesh.islands] == pytest.approx(golden["island_area"], rel=1e-4)
+    assert [i.radius for i in navmesh.islands] == pytest.approx(golden["island_radius"], abs=1e-4)
+
+
+def test_the_file_written_has_the_same_bytes_but_for_links(scene, tmp_path):
+    navmesh, _ = load(scene)
+    original = (Path(GOLDEN) / scene / "scene.navmesh").read_bytes()
+    navmesh.save(tmp_path / "same.navmesh")
+    assert (tmp_path / "same.navmesh").read_bytes() == original
+    dataclasses.replace(navmesh, file_tiles=None).save(tmp_path / "anew.navmesh")
+    anew = (tmp_path / "anew.navmesh").read_bytes()
+    assert len(anew) == len(original)
+    nodes = 2 * navmesh.mesh.num_polygons * 16
+    assert anew[-nodes:] == original[-nodes:]
+    again = NavMesh.load(tmp_path / "anew.navmesh")
+    for name, array in navmesh.mesh.to_arrays().items():
+        assert np.array_equal(array, getattr(again.mesh, name)), name
+
+
+def test_snap_and_islands_of_points(scene):
+    navmesh, golden = load(scene)
+    rows = golden["snap_point"]
+    points, want = column(rows, "point"), column(rows, "result")
+    got = navmesh.snap(points)
+    assert np.array_equal(np.isnan(got), np.isnan(want))
+    assert np.nanmax(np.abs(got - want)) < 1e-5
+    assert np.array_equal(navmesh.is_navigable(points), [row["is_navigable"] for row in rows])
+    assert np.array_equal(navmesh.island_of(points), [row["island"] for row in rows])
+
+
+def test_distance_to_the_closest_obstacle(scene):
+    navmesh, golden = load(scene)
+    rows = golden["distance_to_closest_obstacle"]
+    points = column(rows, "point")
+    assert np.abs(navmesh.clearance(points) - numbers(rows, "distance")).max() < 1e-5
+    assert np.abs(navmesh.clearance(points, 10.0) - numbers(rows, "distance_r10")).max() < 1e-5
+
+
+@pytest.mark.parametrize("sliding", [True, False])
+def test_short_steps(scene, sliding):
+    navmesh, golden = load(scene)
+    rows = golden["try_step"]
+    starts, ends = column(rows, "start"), column(rows, "end")
+    want = column(rows, "result_sliding" if sliding else "result_no_sliding")
+    short = np.linalg.norm(ends - starts, axis=1) < 0.26
+    got, _ = navmesh.step(starts, ends, sliding)
+    off = np.linalg.norm(got - want, axis=1)
+    assert (off[short] < 0.01).mean() >= 0.975
+    origins = navmesh.snap(starts)
+    on_floor = np.linalg.norm(origins - starts, axis=1) < 1e-3
+    assert navmesh.is_navigable(got[on_floor]).all()
+    if sliding:  # where Habitat's own move stays on the floor, ours gets as near to the end as it does
+        reached, _ = navmesh.step(origins, want, sliding=False)
+        legal = np.hypot(*(reached - want)[:, [0, 2]].T) < 1e-4
+        farther = np.hypot(*(got - ends)[:, [0, 2]].T) - np.hypot(*(want - ends)[:, [0, 2]].T)
+        assert farther[short & legal].max() < 0.01
+
+
+def test_geodesics_are_never_longer_than_habitats(scene):
+    navmesh, golden = load(scene)
+    rows = golden["geodesic"]
+    a, b, want = column(rows, "start"), column(rows, "end"), numbers(rows, "geodesic_distance")
+    got = navmesh.distances(a, b)
+    assert np.array_equal(np.isfinite(got), np.isfinite(want))
+    reached = np.isfinite(want)
+    assert (got[reached] - want[reached]).max() < 1e-3
+    assert np.array_equal(got, navmesh.distances(b, a))
+    fields = GoalFields(NavMeshSet([navmesh]), len(b))
+    fields.prepare(np.arange(len(b)), np.zeros(len(b)), b)
+    field, _ = fields.query(np.arange(len(b)), a)
+    assert np.array_equal(np.isfinite(field), reached)
+    assert np.abs(field[reached] - got[reached]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["small_house", "iai_apartment"])
+def test_geodesics_are_exact(name):
+    navmesh, golden = load(name)
+    rows = json.loads((Path(GOLDEN) / name / "exact_geodesic.json").read_text())
+    pairs = golden["geodesic"]
+    for row in rows:
+        path = navmesh.path(pairs[row["pair"]]["start"], pairs[row["pair"]]["end"])
+        ground = np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=1).sum()
+        assert ground == pytest.approx(row["exact_xz"], rel=5e-4)
+
+
+def test_pairs_off_the_floor(scene):
+    navmesh, golden = load(scene)
+    rows = golden["geodesic_offmesh"]
+    got, want = navmesh.distances(column(rows, "start"), column(rows, "end")), numbers(rows, "geodesic_distance")
+    assert np.array_equal(np.isfinite(got), np.isfinite(want))
+    # ends high above the floor: a longer first leg hides their height better, so Habitat's way may be "shorter"
+    assert (got[np.isfinite(want)] < want[np.isfinite(want)] + 1e-3).mean() >= 0.97
+
+
+def test_topdown_map(scene):
+    navmesh, golden = load(scene)
+    path = Path(GOLDEN) / scene / "topdown.npz"
+    if not path.exists():
+        pytest.skip(f"no map was recorded of {scene}")
+    view = golden["topdown"]
+    with np.load(path) as stored:
+        want = stored[stored.files[0]]
+    got = navmesh.topdown(view["height"], view["meters_per_pixel"], view["eps"])
+    assert got.shape == want.shape and (got == want).mean() >= 0.999
