@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-import prnav
 from prnav.env import EnvConfig, EpisodeSource, PointGoalNavVectorEnv, load_source
 from prnav.episodes import generate_table
+from prnav.version import __version__
 
 AGENTS = 64
 WALK = (1, 1, 1, 2, 3)  #: actions of the benchmark's agents, drawn with equal chance
@@ -45,7 +45,7 @@ def _row(metric: str, value: float, unit: str) -> dict[str, Any]:
         "value": round(value, 1),
         "unit": unit,
         "device": device,
-        "version": prnav.__version__,
+        "version": __version__,
     }
 
 

@@ -208,14 +208,23 @@ class PointGoalSlots:
         self._set_theta(np.asarray(slots, np.int64), theta)
 
     def _set_theta(self, slots: NDArray[np.int64], theta: ArrayLike) -> None:
+        values = self.checked_theta(len(slots), theta)
+        self.theta[slots] = values
+        self.poses[slots] = theta_to_pose(values, self.design)
+
+    def checked_theta(self, count: int, theta: ArrayLike) -> NDArray[np.float64]:
+        """``count`` normalised designs (count, K, 7).
+
+        Raises:
+            DesignError: the shape is wrong, or a number is not finite.
+        """
         values = np.asarray(theta, np.float64)
-        want = (len(slots), self.num_sensors, 7)
+        want = (count, self.num_sensors, 7)
         if values.shape != want:
             raise DesignError(f"designs have shape {values.shape}; for this environment it must be {want}")
         if not np.isfinite(values).all():
             raise DesignError("a design holds numbers that are not finite; all 7 entries of each sensor must be finite")
-        self.theta[slots] = values
-        self.poses[slots] = theta_to_pose(values, self.design)
+        return values
 
     def get_state(self) -> dict[str, NDArray[Any]]:
         """Copies of all arrays that :meth:`set_state` needs to go on exactly here."""

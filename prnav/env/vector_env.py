@@ -120,10 +120,15 @@ class PointGoalNavVectorEnv(VectorEnv):
         return self.slots.expert_actions()
 
     def set_designs(self, agents: ArrayLike, theta: ArrayLike) -> None:
-        """Give agents (n,) normalised designs (n, K, 7) from their next episodes on."""
-        values = np.asarray(theta, np.float64)
-        for row, agent in enumerate(np.asarray(agents, np.int64)):
-            self._next_theta[int(agent)] = values[row]
+        """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
+
+        Raises:
+            DesignError: the shape is wrong, or a number is not finite.
+        """
+        agents = np.asarray(agents, np.int64)
+        values = self.slots.checked_theta(len(agents), theta)
+        for row, agent in enumerate(agents):
+            self._next_theta[int(agent)] = values[row].copy()
 
     def get_state(self) -> dict[str, NDArray[Any]]:
         """All arrays that :meth:`set_state` needs to go on exactly here."""

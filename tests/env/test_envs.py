@@ -100,6 +100,8 @@ def test_a_bad_design_is_refused(config, source):
         slots.set_theta([0], np.full((1, slots.num_sensors, 7), np.nan))
     with pytest.raises(DesignError, match=r"it must be \(1, "):
         slots.set_theta([0], np.zeros((1, 9, 7)))
+    with pytest.raises(DesignError, match=r"it must be \(2, "):
+        PointGoalNavVectorEnv(2, config, source).set_designs([0, 1], np.zeros((1, slots.num_sensors, 7)))
 
 
 def test_an_unreachable_goal_is_named(config, source):
