@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from prnav.render.charts import coarsest_levels
 from prnav.render.engine import Float32
-from prnav.render.kernels import face_surfaces, fill_rays, shade
+from prnav.render.kernels import face_surfaces, fill_rays, hit_spheres, shade
 from prnav.render.rays import Views, patch_offsets
 
 if TYPE_CHECKING:
@@ -30,13 +30,22 @@ class EmbreeEngine:
 
     name = "embree"
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: NDArray[np.float64]) -> None:
+    def __init__(
+        self, scenes: Sequence[SceneMesh], background: NDArray[np.float64], sphere_color: NDArray[np.float64]
+    ) -> None:
         self._scenes = scenes
         self._background = np.asarray(background * 255.0, dtype=np.float32)
+        self._sphere_color = np.asarray(sphere_color * 255.0, dtype=np.float32)
         self._tracers: dict[int, _Tracer] = {}
 
     def radiance(
-        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+        self,
+        scene_of_view: NDArray[np.int64],
+        views: Views,
+        grid: int,
+        side: int,
+        pattern: str = "grid",
+        spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
         size = grid * side
@@ -44,14 +53,16 @@ class EmbreeEngine:
         for scene, rows in runs_by_scene(scene_of_view):
             tracer = self._tracer(scene)
             chosen = views.take(rows)
-            width = 2.0 / size * np.linalg.norm(chosen.right, axis=-1)
+            width = 2.0 / size * np.sqrt((chosen.right * chosen.right).sum(axis=-1))
+            pixel_area = (width * width).astype(np.float32)
             sums = np.zeros((len(chosen), grid, grid, 3), dtype=np.float32)
-            for start, directions, hits in tracer.trace(chosen, grid, side, pattern):
+            balls = None if spheres is None else spheres[rows]
+            for start, directions, hits in tracer.trace(chosen, grid, side, pattern, balls):
                 shade(
                     start,
                     size,
                     side,
-                    (width * width).astype(np.float32),
+                    pixel_area,
                     directions,
                     hits["primID"],
                     hits["u"],
@@ -65,19 +76,23 @@ class EmbreeEngine:
                     tracer.mesh.atlas.texels,
                     tracer.mesh.atlas.table,
                     self._background,
+                    self._sphere_color,
                     sums,
                 )
             readings[rows] = sums / np.float32(255 * side * side)
         return readings
 
-    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: NDArray[np.float64] | None = None
+    ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.depth`."""
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
             chosen = views.take(rows)
             flat = np.empty(len(chosen) * size * size, dtype=np.float32)
-            for start, _, hits in self._tracer(scene).trace(chosen, size):
-                flat[start : start + len(hits["tfar"])] = np.where(hits["primID"] < 0, np.inf, hits["tfar"])
+            balls = None if spheres is None else spheres[rows]
+            for start, _, hits in self._tracer(scene).trace(chosen, size, spheres=balls):
+                flat[start : start + len(hits["tfar"])] = np.where(hits["primID"] == -1, np.inf, hits["tfar"])
             depths[rows] = flat.reshape(-1, size, size)
         return depths
 
@@ -115,7 +130,12 @@ class _Tracer:
         self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
 
     def trace(
-        self, views: Views, grid: int, side: int = 1, pattern: str = "grid"
+        self,
+        views: Views,
+        grid: int,
+        side: int = 1,
+        pattern: str = "grid",
+        spheres: NDArray[np.float64] | None = None,
     ) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
         """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
         total = len(views) * (grid * side) ** 2
@@ -127,7 +147,11 @@ class _Tracer:
             fill_rays(
                 views.origin, views.right, views.up, views.forward, grid, side, offsets, start, origins, directions
             )
-            yield start, directions, self._embree.run(origins, directions, output=True)
+            hits = self._embree.run(origins, directions, output=True)
+            if spheres is not None:
+                rays_per_view = (grid * side) ** 2
+                hit_spheres(start, rays_per_view, spheres, views.origin, directions, hits["primID"], hits["tfar"])
+            yield start, directions, hits
 
 
 def runs_by_scene(scene_of_view: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:

@@ -13,19 +13,31 @@ Float32 = NDArray[np.float32]
 
 
 class Engine(Protocol):
-    """Light and depth of views in scenes; ``scene_of_view`` (M,) are indices into the engine's scenes."""
+    """Light and depth of views in scenes; ``scene_of_view`` (M,) are indices into the engine's scenes.
+
+    Engines are made from the scenes, the colour of misses and the colour of spheres (both 0 to 1).
+    """
 
     name: str
 
     def radiance(
-        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+        self,
+        scene_of_view: NDArray[np.int64],
+        views: Views,
+        grid: int,
+        side: int,
+        pattern: str = "grid",
+        spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1.
 
-        Where the rays lie in a patch is :func:`prnav.render.rays.patch_offsets` of the pattern.
+        Where the rays lie in a patch is :func:`prnav.render.rays.patch_offsets` of the pattern. ``spheres`` (M, 4) are
+        centre and radius [m] of an opaque sphere per view, radius 0 for none.
         """
         ...
 
-    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: NDArray[np.float64] | None = None
+    ) -> Float32:
         """z-depth [m] at the pixel centres, shape (M, size, size); inf on a miss."""
         ...

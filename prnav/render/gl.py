@@ -43,15 +43,23 @@ class GlEngine:
 
     name = ""
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: NDArray[np.float64]) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
         self._pyrender = load_pyrender(self.name)
         self._meshes = scenes
         self._background = background
+        self._sphere_color = sphere_color
         self._drawable: dict[int, Any] = {}
+        self._ball: Any = None
         self._canvas: Any = None
 
     def radiance(
-        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+        self,
+        scene_of_view: NDArray[np.int64],
+        views: Views,
+        grid: int,
+        side: int,
+        pattern: str = "grid",
+        spheres: Float64 | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`; ``side`` is a lower bound.
 
@@ -62,19 +70,21 @@ class GlEngine:
             raise RenderError(f'engine {self.name!r} draws whole pictures; it has no pattern {pattern!r}, only "grid"')
         side = max(side, -(-MIN_SIZE // grid))
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
-        for row, colour, _ in self._draw(scene_of_view, views, grid * side):
+        for row, colour, _ in self._draw(scene_of_view, views, grid * side, spheres):
             patches = colour.reshape(grid, side, grid, side, 3).mean(axis=(1, 3), dtype=np.float64)
             readings[row] = patches / 255.0
         return readings
 
-    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
+    ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
         depths = np.empty((len(views), size, size), dtype=np.float32)
-        for row, _, depth in self._draw(scene_of_view, views, size):
+        for row, _, depth in self._draw(scene_of_view, views, size, spheres):
             depths[row] = np.where(depth == 0.0, np.inf, depth)
         return depths
 
-    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Any:
+    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Any:
         """Per view, scene by scene: its row, colours (size, size, 3) uint8, depths (size, size), 0 on a miss."""
         flags = self._pyrender.RenderFlags.FLAT | self._pyrender.RenderFlags.SKIP_CULL_FACES
         canvas = self._canvas_of(size)
@@ -86,8 +96,15 @@ class GlEngine:
             )
             node = scene.add(camera, pose=_pose(views, int(row), tangent))
             scene.main_camera_node = node
+            ball = None
+            if spheres is not None and spheres[row, 3] > 0.0:
+                place = np.diag([*np.full(3, spheres[row, 3]), 1.0])
+                place[:3, 3] = spheres[row, :3]
+                ball = scene.add(self._ball_of(), pose=place)
             colour, depth = canvas.render(scene, flags=flags)
             scene.remove_node(node)
+            if ball is not None:
+                scene.remove_node(ball)
             yield row, colour, depth
 
     def _canvas_of(self, size: int) -> Any:
@@ -95,6 +112,7 @@ class GlEngine:
             if self._canvas is not None:
                 self._canvas.delete()
                 self._drawable.clear()  # their buffers went with the context
+                self._ball = None
             self._canvas = self._pyrender.OffscreenRenderer(size, size)
         return self._canvas
 
@@ -106,6 +124,21 @@ class GlEngine:
             far = 2.0 * float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])) + 10.0
             self._drawable[index] = scene, far
         return self._drawable[index]
+
+    def _ball_of(self) -> Any:
+        """A sphere of radius 1 in the spheres' colour, of triangles."""
+        if self._ball is None:
+            import trimesh
+
+            shape = trimesh.creation.icosphere(subdivisions=4)
+            material = self._pyrender.MetallicRoughnessMaterial(
+                baseColorFactor=[*self._sphere_color, 1.0], doubleSided=True
+            )
+            part = self._pyrender.Primitive(
+                positions=shape.vertices.astype(np.float32), indices=shape.faces, material=material
+            )
+            self._ball = self._pyrender.Mesh([part])
+        return self._ball
 
 
 class EglEngine(GlEngine):

@@ -9,6 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+SPHERE = -2
+"""Stands for a triangle's number where a ray met a sphere; -1 where it met nothing."""
+
 LEVEL_BIAS = 0.5
 """Factor on the covered texels before the level is chosen: 0.5 rounds to the nearest level, 1 up, 0.25 down."""
 
@@ -68,6 +71,36 @@ def face_surfaces(faces, uvs, face_texture, colors, table, coarsest, surface, ta
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def hit_spheres(start, rays_per_view, spheres, origin, direction, triangle, depth):
+    """Where a ray meets its view's sphere (M, 4) first, write the depth there and ``SPHERE`` for the triangle.
+
+    From inside, a sphere is seen from inside. A radius of 0 is no sphere.
+    """
+    for i in range(len(triangle)):
+        view = (start + i) // rays_per_view
+        radius = spheres[view, 3]
+        if radius <= 0.0:
+            continue
+        length = along = apart = 0.0
+        for axis in range(3):
+            offset = spheres[view, axis] - origin[view, axis]
+            d = np.float64(direction[i, axis])
+            length += d * d
+            along += d * offset
+            apart += offset * offset
+        discriminant = along * along - length * (apart - radius * radius)
+        if discriminant < 0.0:
+            continue
+        root = np.sqrt(discriminant)
+        t = along - root
+        if t <= 0.0:
+            t = along + root
+        if t > 0.0 and t < length * depth[i]:
+            depth[i] = t / length
+            triangle[i] = SPHERE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def shade(
     start,
     size,
@@ -86,6 +119,7 @@ def shade(
     texels,
     table,
     background,
+    sphere_color,
     sums,
 ):
     """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M, B, B, 3); B = size / side.
@@ -109,6 +143,11 @@ def shade(
                 row = 0
                 view += 1
         f = triangle[i]
+        if f == SPHERE:
+            target[0] += sphere_color[0]
+            target[1] += sphere_color[1]
+            target[2] += sphere_color[2]
+            continue
         if f < 0:
             target[0] += background[0]
             target[1] += background[1]

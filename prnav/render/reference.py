@@ -29,12 +29,19 @@ class ReferenceEngine:
 
     name = "reference"
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: NDArray[np.float64]) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
         self._scenes = scenes
         self._background = background
+        self._sphere_color = sphere_color
 
     def radiance(
-        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, pattern: str = "grid"
+        self,
+        scene_of_view: NDArray[np.int64],
+        views: Views,
+        grid: int,
+        side: int,
+        pattern: str = "grid",
+        spheres: Float64 | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
@@ -42,20 +49,28 @@ class ReferenceEngine:
             view = views.take(np.array([row]))
             origins, directions = (rays.reshape(-1, 3) for rays in view_rays(view, grid, side, pattern))
             pixel = 4.0 * float(view.right[0] @ view.right[0]) / (grid * side) ** 2
-            colours = self._colours(self._scenes[scene], origins, directions, pixel)
+            ball = np.zeros(4) if spheres is None else spheres[row]
+            colours = self._colours(self._scenes[scene], origins, directions, pixel, ball)
             readings[row] = colours.reshape(grid, grid, side * side, 3).mean(axis=2)
         return readings
 
-    def depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int) -> Float32:
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
+    ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.depth`."""
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for row, scene in enumerate(scene_of_view):
             rays = view_rays(views.take(np.array([row])), size)
             origins, directions = (array.reshape(-1, 3) for array in rays)
-            depths[row] = intersect(self._scenes[scene], origins, directions)[1].reshape(size, size)
+            depth = intersect(self._scenes[scene], origins, directions)[1]
+            if spheres is not None:
+                depth = np.minimum(depth, sphere_depth(spheres[row], origins, directions))
+            depths[row] = depth.reshape(size, size)
         return depths
 
-    def _colours(self, mesh: SceneMesh, origins: Float64, directions: Float64, pixel: float) -> Float64:
+    def _colours(
+        self, mesh: SceneMesh, origins: Float64, directions: Float64, pixel: float, sphere: Float64
+    ) -> Float64:
         triangle, depth, u, v = intersect(mesh, origins, directions)
         coarsest = coarsest_levels(mesh)
         colours = np.tile(self._background, (len(origins), 1))
@@ -76,6 +91,7 @@ class ReferenceEngine:
             column, row = (weights @ uvs % 1.0) * image.shape[1::-1]
             texel = image[min(int(row), image.shape[0] - 1), min(int(column), image.shape[1] - 1), :3]
             colours[i] = texel / 255.0 * (weights @ mesh.colors[corners] / 255.0)
+        colours[sphere_depth(sphere, origins, directions) < depth] = self._sphere_color
         return colours
 
 
@@ -110,3 +126,19 @@ def intersect(
         results.append((triangle, nearest, u[rows, first], v[rows, first]))
     triangle, depth, u, v = (np.concatenate(parts) for parts in zip(*results, strict=True))
     return triangle, depth, u, v
+
+
+def sphere_depth(sphere: Float64, origins: Float64, directions: Float64) -> Float64:
+    """Ray parameter (n,) at which rays meet a sphere (x, y, z, radius), inf on a miss and for a radius of 0."""
+    if sphere[3] <= 0.0:
+        return np.full(len(origins), np.inf)
+    # |o + t d - c|^2 = r^2
+    offset = origins - sphere[:3]
+    a = (directions**2).sum(1)
+    b = 2.0 * (directions * offset).sum(1)
+    c = (offset**2).sum(1) - sphere[3] ** 2
+    discriminant = b * b - 4.0 * a * c
+    root = np.sqrt(np.maximum(discriminant, 0.0))
+    near, far = (-b - root) / (2.0 * a), (-b + root) / (2.0 * a)
+    first = np.where(near > 0.0, near, far)
+    return np.where((discriminant >= 0.0) & (first > 0.0), first, np.inf)

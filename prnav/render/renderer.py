@@ -44,6 +44,7 @@ class Renderer:
         rays_per_receptor: int = 16,
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         pattern: str = "grid",
+        sphere_color: tuple[float, float, float] = (0.0, 1.0, 0.0),
     ) -> None:
         """Renderer of ``scenes``.
 
@@ -55,10 +56,11 @@ class Renderer:
             background: red, green, blue, 0 to 1, where a ray meets nothing.
             pattern: where a receptor's rays lie in its patch: "grid" (the pixels of a finer picture) or "lattice"
                 (less error for as many rays); see :func:`prnav.render.rays.patch_offsets`.
+            sphere_color: red, green, blue, 0 to 1, of the spheres that requests may add.
 
         Raises:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
-                no square, an unknown pattern, or a background outside 0..1.
+                no square, an unknown pattern, or a colour outside 0..1.
         """
         if device != "cpu":
             if device.split(":")[0] == "cuda":
@@ -70,16 +72,14 @@ class Renderer:
             raise RenderError(f"engine {engine!r} is not known; valid: auto, {', '.join(ENGINES)}")
         if not len(scenes):
             raise RenderError("there are no scenes to render; give at least one")
-        colour = np.asarray(background, dtype=np.float64)
-        if colour.shape != (3,) or not ((colour >= 0.0) & (colour <= 1.0)).all():
-            raise RenderError(f"background is {background!r}; it must be red, green, blue from 0 to 1")
+        colours = _colour("background", background), _colour("sphere_color", sphere_color)
         self.rays_per_receptor = rays_per_receptor
         self._side = rays_per_side(rays_per_receptor)
         patch_offsets(self._side, pattern)
         self._pattern = pattern
         self._scene_count = len(scenes)
         module, name = ENGINES["embree" if engine == "auto" else engine]
-        self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, colour)
+        self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, *colours)
 
     @property
     def engine(self) -> str:
@@ -87,7 +87,13 @@ class Renderer:
         return self._engine.name
 
     def read(
-        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, grid: int = 4
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        grid: int = 4,
+        spheres: ArrayLike | None = None,
     ) -> Float32:
         """Photoreceptor readings, shape (N, K, grid, grid, 3), 0 to 1; row 0 is the top, column 0 the left.
 
@@ -97,24 +103,38 @@ class Renderer:
             yaws: agents' headings [rad], shape (N,).
             designs: sensor poses in the body frame, shape (N, K, 7).
             grid: receptors per row of a sensor.
+            spheres: centre and radius [m] of an opaque sphere that each agent alone sees, shape (N, 4), radius 0 for
+                none; all of it left out if not given.
 
         Raises:
             RenderError: a wrong shape, a value that is not finite or out of range.
         """
-        return self._radiance(scene_ids, positions, yaws, designs, _count("grid", grid), self._side)
+        return self._radiance(scene_ids, positions, yaws, designs, _count("grid", grid), self._side, spheres)
 
     def image(
-        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, size: int = 128
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        size: int = 128,
+        spheres: ArrayLike | None = None,
     ) -> Float32:
         """Pictures of shape (N, K, size, size, 3), 0 to 1, one ray per pixel; arguments as in :meth:`read`."""
-        return self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1)
+        return self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1, spheres)
 
     def depth(
-        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, size: int = 128
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        size: int = 128,
+        spheres: ArrayLike | None = None,
     ) -> Float32:
         """z-depth [m] (distance along the optical axis) at the pixel centres, (N, K, size, size); inf on a miss."""
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
-        depths = self._engine.depth(scene_of_view, views, _count("size", size))
+        depths = self._engine.depth(scene_of_view, views, _count("size", size), _spheres(spheres, *shape))
         return depths.reshape(*shape, size, size)
 
     def _radiance(
@@ -125,9 +145,12 @@ class Renderer:
         designs: ArrayLike,
         grid: int,
         side: int,
+        spheres: ArrayLike | None,
     ) -> Float32:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
-        return self._engine.radiance(scene_of_view, views, grid, side, self._pattern).reshape(*shape, grid, grid, 3)
+        balls = _spheres(spheres, *shape)
+        readings = self._engine.radiance(scene_of_view, views, grid, side, self._pattern, balls)
+        return readings.reshape(*shape, grid, grid, 3)
 
     def _views(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike
@@ -150,3 +173,22 @@ def _count(name: str, value: int) -> int:
     if not isinstance(value, int | np.integer) or value < 1:
         raise RenderError(f"{name} is {value!r}; it must be a whole number of at least 1")
     return int(value)
+
+
+def _colour(name: str, value: tuple[float, float, float]) -> NDArray[np.float64]:
+    colour = np.asarray(value, dtype=np.float64)
+    if colour.shape != (3,) or not ((colour >= 0.0) & (colour <= 1.0)).all():
+        raise RenderError(f"{name} is {value!r}; it must be red, green, blue from 0 to 1")
+    return colour
+
+
+def _spheres(spheres: ArrayLike | None, agents: int, sensors: int) -> NDArray[np.float64] | None:
+    if spheres is None:
+        return None
+    balls = np.asarray(spheres, dtype=np.float64)
+    if balls.shape != (agents, 4) or not np.isfinite(balls).all() or (balls[:, 3] < 0.0).any():
+        raise RenderError(
+            f"spheres have shape {balls.shape}; with {agents} designs they must be ({agents}, 4), finite: x, y, z and "
+            f"a radius of at least 0 m"
+        )
+    return np.repeat(balls, sensors, axis=0)

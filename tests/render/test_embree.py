@@ -14,7 +14,7 @@ from prnav.render.reference import intersect
 def test_hits_are_those_of_brute_force(room, batch):
     _, positions, yaws, designs = batch
     views, size = sensor_views(positions, yaws, designs), 16
-    triangle, depth = EmbreeEngine([room], np.zeros(3)).trace(0, views, size)
+    triangle, depth = EmbreeEngine([room], np.zeros(3), np.ones(3)).trace(0, views, size)
     origins, directions = view_rays(views, size)
     true_triangle, true_depth, _, _ = intersect(room, origins.reshape(-1, 3), directions.reshape(-1, 3))
     true_triangle, true_depth = true_triangle.reshape(triangle.shape), true_depth.reshape(depth.shape)

@@ -24,6 +24,8 @@ designs[..., 1] = 1.2
 designs[..., 3:6] = rng.uniform(-0.6, 0.6, (n, k, 3))
 designs[..., 6] = np.radians(rng.uniform(40, 110, (n, k)))
 poses = rng.integers(0, 2, n), rng.uniform(-0.5, 0.5, (n, 3)) * [1, 0, 1], rng.uniform(-3, 3, n), designs
+balls = np.concatenate([poses[1] + rng.uniform(-1, 1, (n, 3)) + [0, 1.2, 0], np.full((n, 1), 0.3)], axis=1)
+balls[0, 3] = 0.0
 drawn = Renderer(rooms, engine=sys.argv[1], background=(0.2, 0.4, 0.6))
 cast = Renderer(rooms, rays_per_receptor=1024, background=(0.2, 0.4, 0.6))
 depth = [r.depth(*poses, size=64) for r in (drawn, cast)]
@@ -31,6 +33,7 @@ same = np.isfinite(depth[0]) & np.isfinite(depth[1])
 print(json.dumps({
     "engine": drawn.engine,
     "mean": float(np.abs(drawn.read(*poses) - cast.read(*poses)).mean() * 255),
+    "sphere": float(np.abs(drawn.read(*poses, spheres=balls) - cast.read(*poses, spheres=balls)).mean() * 255),
     "misses": float((np.isinf(depth[0]) == np.isinf(depth[1])).mean()),
     "depth": float(np.median(np.abs(depth[0] - depth[1])[same])),
 }))
@@ -46,6 +49,7 @@ def test_rasteriser_draws_what_rays_see(platform, request):
     result = json.loads(done.stdout.splitlines()[-1])
     assert result["engine"] == platform
     assert result["mean"] <= 2.0
+    assert result["sphere"] <= 2.0
     assert result["misses"] > 0.99
     assert result["depth"] < 0.03  # [m]; a driver takes any of a pixel's samples, 4 m away half a pixel is 3 cm
 
