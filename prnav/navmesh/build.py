@@ -20,7 +20,7 @@ from prnav.navmesh.polymesh import FLAG_WALK, PolyMesh
 from prnav.navmesh.regions import watershed_regions
 from prnav.navmesh.settings import NavMeshSettings
 
-MAX_COLUMNS = 100_000_000  # columns of the grid; each takes 8 bytes, and its cells some 60
+MAX_COLUMNS = 50_000_000  # of the grid; each takes 12 bytes, and every floor cell in it some 80
 
 
 def build_polygons(vertices: ArrayLike, faces: ArrayLike, settings: NavMeshSettings | None = None) -> PolyMesh:

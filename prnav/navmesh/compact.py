@@ -81,6 +81,13 @@ def _connect(width, depth, start, column_of, floor, free, height, climb):
                 if high - low >= height and abs(floor[j] - floor[i]) <= climb:
                     connected[i, direction] = j
                     break
+    # Where the climb exceeds half the body's height, a cell can reach two floors of one column, and the way back may
+    # lead elsewhere. Only mutual connections make borders that close.
+    for i in range(len(floor)):
+        for direction in range(4):
+            j = connected[i, direction]
+            if j >= 0 and connected[j, (direction + 2) % 4] != i:
+                connected[i, direction] = -1
     return connected
 
 

@@ -268,6 +268,33 @@ def test_degenerate_triangles_change_nothing():
     assert build_polygons(vertices, more).polygon_areas().sum() == build_polygons(vertices, faces).polygon_areas().sum()
 
 
+@pytest.mark.parametrize("seed", range(16))
+def test_laws_hold_on_triangle_soup_with_odd_settings(seed):
+    rng = np.random.default_rng(seed)
+    centres = rng.uniform(0, [6, rng.choice([0.3, 3.0]), 6], (120, 1, 3))
+    corners = (centres + rng.normal(0, 1, (120, 3, 3)) * [1, rng.choice([0.02, 0.3]), 1]).reshape(-1, 3)
+    mesh = build(
+        floor(0, 0, 6, 6),
+        (corners, np.arange(360).reshape(-1, 3)),
+        cell_size=rng.choice([0.05, 0.1]),
+        agent_height=rng.choice([0.3, 1.5]),  # lower than two steps: a cell reaches two floors of one column
+        agent_max_climb=rng.choice([0.0, 0.2, 0.6]),
+        agent_radius=rng.choice([0.0, 0.2]),
+        region_min_size=rng.choice([0.0, 5.0]),
+        region_merge_size=rng.choice([0.0, 20.0]),
+        edge_max_error=rng.choice([0.0, 1.3, 4.0]),
+        filter_ledge_spans=bool(rng.random() < 0.5),
+    )
+    assert (mesh.polygon_areas() > 0).all()
+    owner = mesh.polygon_of_corner()
+    pairs = set(zip(owner.tolist(), mesh.neighbours.tolist(), strict=True))
+    assert all(q < 0 or (q, p) in pairs for p, q in pairs)
+    for p in range(mesh.num_polygons):
+        x, _, z = mesh.polygon(p).T
+        dx, dz = np.roll(x, -1) - x, np.roll(z, -1) - z
+        assert (dz * np.roll(dx, -1) - dx * np.roll(dz, -1) >= -1e-9).all()
+
+
 def test_errors_name_the_value_and_the_remedy():
     vertices, faces = floor(0, 0, 3, 3)
     with pytest.raises(NavMeshError, match=r"faces name vertices 0 to 9; valid are 0 to 3"):
