@@ -1,7 +1,8 @@
 """The recurrent actor-critic: encoder, LSTM, a categorical actor and a critic.
 
-Letters in shapes: T steps, N environments, A actions, H hidden units, L layers. The policy holds no state of its own:
-recurrent states go in and come out, and the caller brings the random numbers.
+Letters in shapes: T steps, N environments, A actions, H hidden units, L layers of the state. The policy holds no state
+of its own: recurrent states go in and come out, and the caller brings the random numbers. L counts the LSTM's layers,
+and with ``displacement`` one more, whose first units keep the last GPS and compass.
 """
 
 from __future__ import annotations
@@ -15,10 +16,14 @@ from torch.nn import functional
 
 from prnav.policy.config import PolicyConfig
 from prnav.policy.encoders import ENCODERS, Observations, Shapes, orthogonal
+from prnav.policy.features import displacement_features
 from prnav.policy.recurrence import RecurrentCore, Segments, segment
 
 ACTION_WIDTH = 16
 """Width of the embedding of the previous action."""
+
+FIXES = {"gps", "compass"}
+"""Observations that tell how far an agent has moved."""
 
 
 class PolicyStep(NamedTuple):
@@ -42,6 +47,8 @@ class RecurrentPolicy(nn.Module):
         self.actions = actions
         self.encoder = ENCODERS[config.encoder](config, shapes)
         extra = ACTION_WIDTH if config.previous_action else 0
+        self.displacement = config.displacement and FIXES <= set(shapes)
+        extra += 2 if self.displacement else 0
         # row A stands for "no action yet", at the first step of an episode
         self.action_embedding = nn.Embedding(actions + 1, ACTION_WIDTH) if config.previous_action else None
         self.core = RecurrentCore(config.width + extra, config.lstm_hidden, config.lstm_layers)
@@ -50,7 +57,8 @@ class RecurrentPolicy(nn.Module):
 
     def initial_state(self, environments: int) -> Tensor:
         """Recurrent state (2, L, N, H) before the first step."""
-        return self.core.initial_state(environments)
+        state = self.core.initial_state(environments)
+        return torch.cat([state, torch.zeros_like(state[:, :1])], dim=1) if self.displacement else state
 
     def step(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> PolicyStep:
         """One step of N environments.
@@ -61,9 +69,13 @@ class RecurrentPolicy(nn.Module):
             starts: True at the first step of an episode, (N,) bool: the state is forgotten there.
             state: Recurrent state (2, L, N, H).
         """
-        features = self._features(observations, previous_actions, starts)
-        outputs, state = self.core.step(features, state, starts)
-        return PolicyStep(self.actor(outputs), self.critic(outputs)[:, 0], state)
+        rows = {key: value[None] for key, value in observations.items()}
+        features = self._features(rows, previous_actions[None], starts[None], state)
+        outputs, after = self.core.step(features, state[:, : self.config.lstm_layers], starts)
+        if self.displacement:
+            fix = functional.pad(_fixes(observations), (0, self.config.lstm_hidden - 3))
+            after = torch.cat([after, torch.stack([fix, torch.zeros_like(fix)])[:, None]], dim=1)
+        return PolicyStep(self.actor(outputs), self.critic(outputs)[:, 0], after)
 
     def sequence(
         self,
@@ -86,17 +98,26 @@ class RecurrentPolicy(nn.Module):
             Logits (T, N, A) and values (T, N).
         """
         segments = segments or segment(starts.cpu().numpy(), starts.device)
-        flat = {key: value.flatten(0, 1) for key, value in observations.items()}
-        features = self._features(flat, previous_actions.flatten(), starts.flatten())
-        outputs = self.core.sequence(features, state, segments)
+        features = self._features(observations, previous_actions, starts, state)
+        outputs = self.core.sequence(features, state[:, : self.config.lstm_layers], segments)
         return self.actor(outputs).view(*starts.shape, -1), self.critic(outputs).view(starts.shape)
 
-    def _features(self, observations: Observations, previous_actions: Tensor, starts: Tensor) -> Tensor:
-        features = self.encoder(observations)
-        if self.action_embedding is None:
-            return features
-        actions = torch.where(starts, self.actions, previous_actions)
-        return torch.cat([features, self.action_embedding(actions)], dim=-1)
+    def _features(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> Tensor:
+        """Inputs of the core (T * N, F) from rows (T, N, ...) and the state before the first."""
+        parts = [self.encoder({key: value.flatten(0, 1) for key, value in observations.items()})]
+        if self.action_embedding is not None:
+            actions = torch.where(starts, self.actions, previous_actions)
+            parts.append(self.action_embedding(actions.flatten()))
+        if self.displacement:
+            fixes = _fixes(observations)
+            last = torch.cat([state[0, -1:, :, :3], fixes[:-1]])
+            moved = displacement_features(fixes, last) * (~starts)[..., None].to(fixes.dtype)
+            parts.append(moved.flatten(0, 1))
+        return torch.cat(parts, dim=-1)
+
+
+def _fixes(observations: Observations) -> Tensor:
+    return torch.cat([observations["gps"], observations["compass"]], dim=-1)
 
 
 def _head(inputs: int, hidden: int, outputs: int, gain: float) -> nn.Module:

@@ -34,6 +34,9 @@ class PolicyConfig:
     """Hidden units of the actor's and the critic's MLP; 0 makes them linear."""
     previous_action: bool = True
     """Whether the last action, embedded, is an input of the recurrent core (as in DD-PPO's agents)."""
+    displacement: bool = False
+    """Whether the way moved since the last step, by GPS and compass, is an input of the recurrent core. An LSTM can
+    learn this difference, but not soon: with it, an agent of few steps notices that it is stuck."""
 
     def __post_init__(self) -> None:
         for name in ("width", "transformer_layers", "transformer_heads", "feedforward", "position_width"):
@@ -42,6 +45,8 @@ class PolicyConfig:
         for name in ("lstm_hidden", "lstm_layers"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.displacement and self.lstm_hidden < 3:
+            raise ValueError(f"lstm_hidden is {self.lstm_hidden}; with displacement it must be at least 3")
         if self.head_hidden < 0:
             raise ValueError(f"head_hidden is {self.head_hidden}; it must be 0 (linear heads) or more")
         if self.encoder == "transformer" and self.width % self.transformer_heads:

@@ -35,6 +35,20 @@ def compass_features(compass: Tensor) -> Tensor:
     return torch.cat([compass.sin(), compass.cos()], dim=-1)
 
 
+def displacement_features(fixes: Tensor, last: Tensor) -> Tensor:
+    """Features (..., 2) of the way moved since the last step: ahead and right of the heading then, a step being near 1.
+
+    Where it is short of what was asked for, something was in the way.
+
+    Args:
+        fixes: GPS (ahead, right of the start) and compass now, (..., 3) [m, m, rad].
+        last: The same at the last step.
+    """
+    ahead, right = (fixes - last)[..., :2].unbind(-1)
+    cosine, sine = last[..., 2].cos(), last[..., 2].sin()
+    return 4.0 * torch.stack([ahead * cosine - right * sine, ahead * sine + right * cosine], dim=-1)
+
+
 def symmetric_log(values: Tensor) -> Tensor:
     """Features of any other vector: sign(x) log(1 + abs(x)), shape of the input."""
     return torch.sign(values) * torch.log1p(values.abs())
