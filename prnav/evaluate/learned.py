@@ -82,8 +82,19 @@ class PolicyAgent:
         self._previous = np.zeros(num_slots, dtype=np.int64)
 
     def act(self, turn: Turn) -> NDArray[np.int64]:
-        """Actions (N,)."""
+        """Actions (N,).
+
+        Raises:
+            CheckpointError: the policy's answer is not finite.
+        """
         probabilities = self._probabilities(turn)
+        lost = turn.active & ~np.isfinite(probabilities).all(axis=1)
+        if lost.any():
+            step = int(turn.steps[lost].min())
+            raise CheckpointError(
+                f"policy {self.name}: its action probabilities are not finite at step {step} of an episode; "
+                "the weights are damaged: take an earlier checkpoint, or train again with a lower learning rate"
+            )
         if self.actions == "greedy":
             actions = np.argmax(probabilities, axis=1).astype(np.int64)
         else:

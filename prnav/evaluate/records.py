@@ -219,6 +219,15 @@ def load_trajectories(evaluation: Evaluation) -> list[Trajectory]:
         raise RecordError(f"{path}: lacks episode {error}; evaluate again with --restart") from error
 
 
+def is_finished(directory: str | Path) -> bool:
+    """Whether the evaluation in this folder ran to its end.
+
+    Raises:
+        RecordError: there is none, or it cannot be read.
+    """
+    return bool(_read_header(Path(directory)).get("finished"))
+
+
 def find_evaluations(run: str | Path) -> list[Path]:
     """Folders of evaluations in a run directory (or the folder itself, where it is one), by name."""
     run = Path(run)

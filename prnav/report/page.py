@@ -13,7 +13,7 @@ import prnav
 from prnav.errors import RecordError
 from prnav.evaluate.evaluator import Trajectory
 from prnav.evaluate.maps import FloorMap, load_maps
-from prnav.evaluate.records import Evaluation, find_evaluations, load_evaluation, load_trajectories
+from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, load_evaluation, load_trajectories
 from prnav.report import style
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.tables import comparison_html
@@ -51,6 +51,8 @@ class RunRecords:
     metrics: tuple[dict[str, Any], ...]
     facts: dict[str, Any]
     """``run.json``; empty where there is none."""
+    unfinished: tuple[str, ...] = ()
+    """Names of evaluations that were interrupted or still run; the page says so."""
 
 
 def read_run(directory: str | Path) -> RunRecords:
@@ -62,13 +64,15 @@ def read_run(directory: str | Path) -> RunRecords:
     path = Path(directory)
     if not path.is_dir():
         raise RecordError(f"{directory}: there is no such folder; give a run made by prnav-train or prnav-eval")
-    evaluations = tuple(load_evaluation(found) for found in find_evaluations(path))
+    found = find_evaluations(path)
+    evaluations = tuple(load_evaluation(folder) for folder in found if is_finished(folder))
+    unfinished = tuple(folder.name for folder in found if not is_finished(folder))
     metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
     if not evaluations and not metrics:
         raise RecordError(
-            f"{directory}: holds neither eval/ nor {METRICS}; evaluate it with prnav-eval --run {directory}"
+            f"{path}: holds no finished evaluation and no {METRICS}; use prnav-eval --run {path}"
         )
-    return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"))
+    return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"), unfinished)
 
 
 def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
@@ -87,6 +91,11 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
             "path length, SoftSPL takes progress in the place of success. Greedy takes the likeliest action, sampled "
             "draws from the policy.</p>"
         )
+    parts += [
+        f"<p>{html.escape(run.name)}: the evaluation {html.escape(name)} is unfinished and not shown.</p>"
+        for run in runs
+        for name in run.unfinished
+    ]
     curves = draw_curves({run.name: run.metrics for run in runs if run.metrics}, PANELS)
     if curves is not None:
         parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), "Mean over the last episodes, smoothed.")]
