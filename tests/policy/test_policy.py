@@ -23,9 +23,10 @@ def observations(*batch: int) -> dict[str, torch.Tensor]:
 
 @pytest.mark.parametrize("encoder", ["transformer", "compact", "blind"])
 @pytest.mark.parametrize("previous_action", [True, False])
-@pytest.mark.parametrize("head_hidden", [0, 8])
-def test_a_rollout_at_once_equals_step_by_step(encoder, previous_action, head_hidden):
-    policy = build_policy(config(encoder, previous_action=previous_action, head_hidden=head_hidden), SHAPES, 4)
+@pytest.mark.parametrize(("head_hidden", "skip"), [(0, False), (8, True)])
+def test_a_rollout_at_once_equals_step_by_step(encoder, previous_action, head_hidden, skip):
+    changes = {"previous_action": previous_action, "head_hidden": head_hidden, "skip": skip}
+    policy = build_policy(config(encoder, **changes), SHAPES, 4)
     steps, environments = 7, 3
     obs = observations(steps, environments)
     rng = np.random.default_rng(0)

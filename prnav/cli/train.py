@@ -1,0 +1,219 @@
+"""``prnav-train``: train an agent, watch it, stop and go on."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from prnav.cli._common import command
+from prnav.errors import ConfigError
+
+if TYPE_CHECKING:
+    from prnav.env import PointGoalNavVectorEnv
+    from prnav.train import TrainConfig
+
+LINE_SECONDS = 15.0
+"""How often a line is printed where there is no terminal to redraw."""
+
+Show = Callable[[dict[str, Any]], None]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    p = argparse.ArgumentParser(
+        prog="prnav-train",
+        description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
+        epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
+    )
+    p.add_argument("task", choices=("pointgoal",), help="what the agent learns")
+    p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
+    p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: quickstart)")
+    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all")
+    p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
+    p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
+    p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
+    where = p.add_argument_group("run directory")
+    where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
+    where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
+    data = p.add_argument_group("data")
+    data.add_argument("--episodes", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
+    data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
+    data.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes are")
+    data.add_argument("--scene", metavar="FILE", action="append", help="mesh that the episodes name (repeatable)")
+    data.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
+    return p
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point."""
+    options = parser().parse_intermixed_args(argv)
+    from prnav.train import RunFolder, Trainer
+
+    config = configure(options)
+    folder = RunFolder(Path(options.run) if options.run else Path("runs") / config.name)
+    if folder.exists():
+        if not options.resume:
+            raise ConfigError(
+                f"run {folder.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+            )
+        folder.check_resumable(config)
+    console = Console(stderr=True, highlight=False)
+    envs = load_environments(config, console)
+    board = progress_bar(console)
+    trainer = Trainer(
+        config,
+        envs,
+        folder,
+        report=reporter(config, console, board),
+        warn=lambda text: console.print(f"warning: {text}", style="yellow", soft_wrap=True),
+        data=data_facts(envs),
+    )
+    try:
+        for line in opening(config, trainer.step, folder.path):
+            console.print(line, soft_wrap=True)
+        with board:
+            stopped = trainer.train()
+    finally:
+        trainer.close()
+    for line in closing(trainer.step, trainer.seconds, config, folder.path, stopped):
+        console.print(line, soft_wrap=True)
+    return 0
+
+
+def configure(options: argparse.Namespace) -> TrainConfig:
+    """The run's config: a file's, or, when a run is resumed without one, the run's own; then the command line's."""
+    from prnav.train import load_train_config, without_readings
+
+    settings = list(options.settings)
+    for key, value in (("total_steps", options.steps), ("seed", options.seed)):
+        if value is not None:
+            settings.append(f"{key}={value}")
+    for key, text in (
+        ("env.episodes", options.episodes),
+        ("env.episode_split", options.split),
+        ("env.data_root", options.data_root),
+        ("env.up", options.up),
+    ):
+        if text is not None:
+            settings.append(f"{key}={_quoted(text)}")
+    if options.scene:
+        settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
+    own = Path(options.run) / "config.toml" if options.run and options.resume else None
+    name = options.config or (str(own) if own is not None and own.exists() else "quickstart")
+    config = load_train_config(name, tuple(settings))
+    if options.warmstart == "none":
+        config = replace(config, imitation=replace(config.imitation, steps=0))
+    elif options.warmstart == "imitation" and not config.imitation.steps:
+        config = replace(config, imitation=replace(config.imitation, steps=max(1, config.total_steps // 5)))
+    return without_readings(config) if options.blind and config.policy.encoder != "blind" else config
+
+
+def _quoted(text: str) -> str:
+    """``text`` as a TOML literal string."""
+    if "'" in text or not text.isprintable():
+        raise ConfigError(f"{text!r} holds a quote or a control character; rename it or use a config file")
+    return f"'{text}'"
+
+
+def load_environments(config: TrainConfig, console: Console) -> PointGoalNavVectorEnv:
+    """The run's environments, with a line that says which scene is loading."""
+    from prnav.env import PointGoalNavVectorEnv
+
+    with console.status("loading scenes") as status:
+
+        def loading(done: int, total: int, name: str) -> None:
+            status.update(f"loading scenes {done}/{total} {name}")
+
+        return PointGoalNavVectorEnv(config.num_envs, config.env, progress=loading)
+
+
+def data_facts(envs: PointGoalNavVectorEnv) -> dict[str, Any]:
+    """What the run is made from: hashes of its scenes, its episodes and their file."""
+    from prnav.cache import hash_arrays
+    from prnav.files import sha256_file
+
+    source = envs.slots.source
+    facts: dict[str, Any] = {
+        "episodes": len(source),
+        "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
+        "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},
+    }
+    if envs.config.episodes is not None and Path(envs.config.episodes).is_file():
+        facts["file"] = {"name": Path(envs.config.episodes).name, "sha256": sha256_file(envs.config.episodes)}
+    return facts
+
+
+def opening(config: TrainConfig, step: int, folder: Path) -> list[str]:
+    """What is about to be done."""
+    warm = config.imitation.steps
+    plan = f"imitate the shortest-path oracle for {warm:,} steps (warm start), then PPO" if warm else "PPO from scratch"
+    first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {config.num_envs} environments"
+    second = f"plan: {plan}, {config.total_steps:,} steps in all"
+    return [first, second, f"resumed at step {step:,}"] if step else [first, second]
+
+
+def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stopped: str | None) -> list[str]:
+    """What was done, and what to do next."""
+    rate = f"{step / seconds:,.0f} steps/s" if seconds else "nothing left to do"
+    if stopped is not None:
+        return [
+            f"{stopped}: saved at step {step:,} of {config.total_steps:,}",
+            f"go on with: prnav-train {config.task} --run {folder} --resume",
+        ]
+    learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
+    return [
+        f"trained {step:,} steps in {seconds / 60:.1f} min ({rate}); {learnt}",
+        f"evaluate with: prnav-eval --run {folder} --split test",
+    ]
+
+
+def progress_bar(console: Console) -> Progress:
+    """A line that is redrawn, on a terminal."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.completed:,.0f}/{task.total:,.0f}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+    )
+
+
+def reporter(config: TrainConfig, console: Console, bar: Progress) -> Show:
+    """Shows rows of metrics: on the bar, or as a line now and then where there is no terminal."""
+    task: TaskID = bar.add_task("starting", total=config.total_steps)
+    last: tuple[float, str] = (float("-inf"), "")
+
+    def show(row: dict[str, Any]) -> None:
+        nonlocal last
+        text = summary(row)
+        bar.update(task, description=text, completed=min(row["step"], config.total_steps))
+        due = time.monotonic() - last[0] >= LINE_SECONDS or row["phase"] != last[1]
+        if bar.disable and (due or row["step"] >= config.total_steps):
+            console.print(f"{row['step']:>11,}  {text}", soft_wrap=True)
+            last = (time.monotonic(), row["phase"])
+
+    return show
+
+
+def summary(row: dict[str, Any]) -> str:
+    """One line of metrics."""
+    measures, losses = row["measures"], row["losses"]
+    parts = [f"{row['phase']:9}", f"{row['times']['steps_per_second']:6,.0f} steps/s"]
+    parts += [f"{name} {measures[name]:.2f}" for name in ("reward", "success", "spl") if name in measures]
+    parts += [f"entropy {losses['entropy']:.2f}"]
+    return "  ".join(parts)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
