@@ -15,11 +15,27 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from prnav.cache import Arrays, cache_key, cached_arrays, hash_arrays
+
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 BORDER_SHARE = 0.25
 """Largest share of a chart's area within one texel of its border; more of it costs more by bleeding than it smooths."""
+
+
+VERSION = 1
+"""Raised when :func:`coarsest_levels` gives other levels than before: what is cached is then made anew."""
+
+
+def cached_coarsest_levels(mesh: SceneMesh) -> NDArray[np.int32]:
+    """The same as :func:`coarsest_levels`, kept on disk: it takes a second on a large scan."""
+    used: Arrays = {"uvs": mesh.uvs, "faces": mesh.faces, "face_texture": mesh.face_texture, "table": mesh.atlas.table}
+    key = cache_key(hash_arrays(used), VERSION, BORDER_SHARE)
+    levels = cached_arrays("charts", key, lambda: {"coarsest": coarsest_levels(mesh)})["coarsest"]
+    if levels.shape != mesh.face_texture.shape or levels.dtype != np.int32:
+        return coarsest_levels(mesh)  # a foreign file under this name
+    return levels
 
 
 def coarsest_levels(mesh: SceneMesh) -> NDArray[np.int32]:

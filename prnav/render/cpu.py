@@ -14,7 +14,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from prnav.render.charts import coarsest_levels
+from prnav.render.charts import cached_coarsest_levels
 from prnav.render.engine import Float32
 from prnav.render.kernels import face_surfaces, fill_rays, hit_spheres, shade
 from prnav.render.rays import Views, patch_offsets
@@ -55,13 +55,13 @@ class EmbreeEngine:
             chosen = views.take(rows)
             width = 2.0 / size * np.sqrt((chosen.right * chosen.right).sum(axis=-1))
             pixel_area = (width * width).astype(np.float32)
-            sums = np.zeros((len(chosen), grid, grid, 3), dtype=np.float32)
+            sums = np.zeros((len(chosen) * grid * grid, 3), dtype=np.float32)
             balls = None if spheres is None else spheres[rows]
             for start, directions, hits in tracer.trace(chosen, grid, side, pattern, balls):
                 shade(
                     start,
-                    size,
-                    side,
+                    side * side,
+                    grid * grid,
                     pixel_area,
                     directions,
                     hits["primID"],
@@ -79,7 +79,7 @@ class EmbreeEngine:
                     self._sphere_color,
                     sums,
                 )
-            readings[rows] = sums / np.float32(255 * side * side)
+            readings[rows] = (sums / np.float32(255 * side * side)).reshape(-1, grid, grid, 3)
         return readings
 
     def depth(
@@ -122,7 +122,7 @@ class _Tracer:
             mesh.face_texture,
             mesh.colors,
             mesh.atlas.table,
-            coarsest_levels(mesh),
+            cached_coarsest_levels(mesh),
             self.surface,
             self.tag,
         )

@@ -20,26 +20,24 @@ LEVEL_BIAS = 0.5
 def fill_rays(origin, right, up, forward, grid, side, offsets, start, ray_origin, ray_direction):
     """Write the rays ``start ...`` into (n, 3) float32 arrays.
 
-    Rays are counted over views, then as the pixels of a picture of (grid * side)^2: row by row, so that rays that are
-    neighbours in time are neighbours in space. Pixel (r, c) of a patch takes the patch's offset r * side + c.
+    Rays are counted over views, then patches row by row, then a patch's offsets: rays that are neighbours in time are
+    neighbours in space, and a patch's rays come together. With side 1 they are the pixels of a picture, row by row.
     """
-    size = grid * side
     step = 2.0 / grid
-    view, row, column = start // (size * size), start // size % size, start % size
+    count = side * side
+    view, patch, k = start // (grid * grid * count), start // count % (grid * grid), start % count
     for i in range(len(ray_origin)):
-        patch_row, patch_column = row // side, column // side
-        k = (row - patch_row * side) * side + column - patch_column * side
-        a = (patch_column + offsets[k, 0]) * step - 1.0
-        b = 1.0 - (patch_row + offsets[k, 1]) * step
+        a = (patch % grid + offsets[k, 0]) * step - 1.0
+        b = 1.0 - (patch // grid + offsets[k, 1]) * step
         for axis in range(3):
             ray_origin[i, axis] = origin[view, axis]
             ray_direction[i, axis] = forward[view, axis] + a * right[view, axis] + b * up[view, axis]
-        column += 1
-        if column == size:
-            column = 0
-            row += 1
-            if row == size:
-                row = 0
+        k += 1
+        if k == count:
+            k = 0
+            patch += 1
+            if patch == grid * grid:
+                patch = 0
                 view += 1
 
 
@@ -103,8 +101,8 @@ def hit_spheres(start, rays_per_view, spheres, origin, direction, triangle, dept
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade(
     start,
-    size,
-    side,
+    count,
+    patches,
     pixel_area,
     direction,
     triangle,
@@ -122,7 +120,7 @@ def shade(
     sphere_color,
     sums,
 ):
-    """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M, B, B, 3); B = size / side.
+    """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M * patches, 3); ``count`` rays per patch.
 
     The texture level is the one whose texels are about as large as the ray's pixel where it meets the triangle: a
     pixel of area ``pixel_area`` (M,) on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the
@@ -131,17 +129,10 @@ def shade(
     quarter = np.float32(0.25)
     one = np.float32(1.0)
     scale = np.float32(1.0 / 255.0)
-    view, row, column = start // (size * size), start // size % size, start % size
     for i in range(len(triangle)):
-        target = sums[view, row // side, column // side]
-        area = pixel_area[view]
-        column += 1
-        if column == size:
-            column = 0
-            row += 1
-            if row == size:
-                row = 0
-                view += 1
+        patch = (start + i) // count
+        target = sums[patch]
+        area = pixel_area[patch // patches]
         f = triangle[i]
         if f == SPHERE:
             target[0] += sphere_color[0]
