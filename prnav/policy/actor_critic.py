@@ -51,8 +51,9 @@ class RecurrentPolicy(nn.Module):
         extra += 2 if self.displacement else 0
         # row A stands for "no action yet", at the first step of an episode
         self.action_embedding = nn.Embedding(actions + 1, ACTION_WIDTH) if config.previous_action else None
-        self.core = RecurrentCore(config.width + extra, config.lstm_hidden, config.lstm_layers)
-        outputs = config.lstm_hidden + (config.width if config.skip else 0)
+        inputs = config.width + extra
+        self.core = RecurrentCore(inputs, config.lstm_hidden, config.lstm_layers)
+        outputs = config.lstm_hidden + (inputs if config.skip else 0)
         self.actor = _head(outputs, config.head_hidden, actions, gain=0.01)
         self.critic = _head(outputs, config.head_hidden, 1, gain=1.0)
 
@@ -73,6 +74,7 @@ class RecurrentPolicy(nn.Module):
         rows = {key: value[None] for key, value in observations.items()}
         features = self._features(rows, previous_actions[None], starts[None], state)
         outputs, after = self.core.step(features, state[:, : self.config.lstm_layers], starts)
+        outputs = self._head_inputs(outputs, features)
         if self.displacement:
             fix = functional.pad(_fixes(observations), (0, self.config.lstm_hidden - 3))
             after = torch.cat([after, torch.stack([fix, torch.zeros_like(fix)])[:, None]], dim=1)
@@ -100,17 +102,30 @@ class RecurrentPolicy(nn.Module):
         """
         segments = segments or segment(starts.cpu().numpy(), starts.device)
         features = self._features(observations, previous_actions, starts, state)
-        outputs = self.core.sequence(features, state[:, : self.config.lstm_layers], segments)
+        outputs = self._head_inputs(
+            self.core.sequence(features, state[:, : self.config.lstm_layers], segments), features
+        )
         return self.actor(outputs).view(*starts.shape, -1), self.critic(outputs).view(starts.shape)
 
-    def _core_inputs(self, encoding: Tensor, previous_actions: Tensor, starts: Tensor) -> Tensor:
-        if self.action_embedding is None:
-            return encoding
-        actions = torch.where(starts, self.actions, previous_actions)
-        return torch.cat([encoding, self.action_embedding(actions)], dim=-1)
+    def _features(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> Tensor:
+        """Inputs of the core (T * N, F) from rows (T, N, ...) and the state before the first."""
+        parts = [self.encoder({key: value.flatten(0, 1) for key, value in observations.items()})]
+        if self.action_embedding is not None:
+            actions = torch.where(starts, self.actions, previous_actions)
+            parts.append(self.action_embedding(actions.flatten()))
+        if self.displacement:
+            fixes = _fixes(observations)
+            last = torch.cat([state[0, -1:, :, :3], fixes[:-1]])
+            moved = displacement_features(fixes, last) * (~starts)[..., None].to(fixes.dtype)
+            parts.append(moved.flatten(0, 1))
+        return torch.cat(parts, dim=-1)
 
-    def _head_inputs(self, outputs: Tensor, encoding: Tensor) -> Tensor:
-        return torch.cat([outputs, encoding], dim=-1) if self.config.skip else outputs
+    def _head_inputs(self, outputs: Tensor, features: Tensor) -> Tensor:
+        return torch.cat([outputs, features], dim=-1) if self.config.skip else outputs
+
+
+def _fixes(observations: Observations) -> Tensor:
+    return torch.cat([observations["gps"], observations["compass"]], dim=-1)
 
 
 def _head(inputs: int, hidden: int, outputs: int, gain: float) -> nn.Module:

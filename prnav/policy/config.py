@@ -31,7 +31,7 @@ class PolicyConfig:
     lstm_hidden: int = 512
     lstm_layers: int = 2
     skip: bool = False
-    """Whether actor and critic also see the encoding itself, past the LSTM: short runs learn sooner what needs no
+    """Whether actor and critic also see what the LSTM is given: short runs learn sooner what needs no
     memory. The paper's agents have no such path."""
     head_hidden: int = 0
     """Hidden units of the actor's and the critic's MLP; 0 makes them linear."""

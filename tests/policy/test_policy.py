@@ -6,7 +6,7 @@ import torch
 
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy, entropies, log_probabilities, sample_actions
-from prnav.policy.features import gps_features, pointgoal_features
+from prnav.policy.features import displacement_features, gps_features, pointgoal_features
 
 SHAPES = {"photoreceptors": (2, 16, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
 
@@ -25,14 +25,15 @@ def observations(*batch: int) -> dict[str, torch.Tensor]:
 @pytest.mark.parametrize("previous_action", [True, False])
 @pytest.mark.parametrize(("head_hidden", "skip"), [(0, False), (8, True)])
 def test_a_rollout_at_once_equals_step_by_step(encoder, previous_action, head_hidden, skip):
-    changes = {"previous_action": previous_action, "head_hidden": head_hidden, "skip": skip}
+    changes = {"previous_action": previous_action, "head_hidden": head_hidden, "skip": skip, "displacement": skip}
     policy = build_policy(config(encoder, **changes), SHAPES, 4)
     steps, environments = 7, 3
     obs = observations(steps, environments)
     rng = np.random.default_rng(0)
     starts = torch.from_numpy(rng.random((steps, environments)) < 0.3)
     previous = torch.from_numpy(rng.integers(0, 4, (steps, environments)))
-    begin = torch.randn(policy.initial_state(environments).shape, generator=torch.Generator().manual_seed(2))
+    begin = policy.initial_state(environments)
+    begin += torch.randn(begin.shape, generator=torch.Generator().manual_seed(2))
 
     logits, values = policy.sequence(obs, previous, starts, begin)
     state = begin
@@ -105,6 +106,15 @@ def test_a_new_policy_is_nearly_uniform():
     starts = torch.ones(6, dtype=torch.bool)
     step = policy.step(observations(6), torch.zeros(6, dtype=torch.long), starts, policy.initial_state(6))
     assert (entropies(step.logits) > np.log(4) - 1e-3).all()
+
+
+def test_displacement_is_the_way_moved_in_the_frame_of_the_last_heading():
+    """Heading half a turn left of the start (compass pi / 2): ahead is the start's left, so gps right falls."""
+    last = torch.tensor([[1.0, 2.0, np.pi / 2]])
+    moved = displacement_features(torch.tensor([[1.0, 1.75, np.pi / 2]]), last)
+    torch.testing.assert_close(moved, torch.tensor([[1.0, 0.0]]), atol=1e-6, rtol=0)
+    stuck = displacement_features(torch.tensor([[1.0, 2.0, 0.3]]), last)
+    torch.testing.assert_close(stuck, torch.zeros(1, 2), atol=1e-6, rtol=0)
 
 
 def test_features_are_bounded_and_do_not_jump_behind_the_agent():
