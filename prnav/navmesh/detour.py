@@ -182,12 +182,16 @@ def _tile(data: bytes, where: str) -> Tile:
     def section(name: str, kind: Any, width: int = 1) -> NDArray[Any]:
         return np.frombuffer(data, kind, int(header[name]) * width, at[name])
 
+    def points(name: str) -> NDArray[np.float64]:
+        with np.errstate(invalid="ignore"):  # what is not finite is refused below
+            return section(name, "<f4", 3).reshape(-1, 3).astype(np.float64)
+
     tile = Tile(
         header=header,
-        verts=section("verts", "<f4", 3).reshape(-1, 3).astype(np.float64),
+        verts=points("verts"),
         polys=section("polys", POLYGON),
         details=section("details", DETAIL),
-        detail_verts=section("detail_verts", "<f4", 3).reshape(-1, 3).astype(np.float64),
+        detail_verts=points("detail_verts"),
         detail_tris=section("detail_tris", "u1", 4).reshape(-1, 4),
     )
     _check(tile, where)
@@ -196,7 +200,8 @@ def _tile(data: bytes, where: str) -> Tile:
 
 def _check(tile: Tile, where: str) -> None:
     """Refuse a tile whose numbers point outside it, or whose polygons are not convex."""
-    bounds = np.concatenate([tile.header["low"], tile.header["high"]]).astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        bounds = np.concatenate([tile.header["low"], tile.header["high"]]).astype(np.float64)
     for name, values in (("vertices", tile.verts), ("detail vertices", tile.detail_verts), ("bounds", bounds)):
         if not (np.abs(values) <= MAX_COORDINATE).all():  # also refuses NaN
             raise NavMeshError(f"{where}: {name} are not finite or beyond {MAX_COORDINATE:g} m; the file is broken")

@@ -23,29 +23,11 @@ import math
 import numpy as np
 from numba import njit
 
-from prnav.navmesh.planar import BETTER, NARROW, TOUCH, cross, length, nearest_on_segment
+from prnav.navmesh.planar import BETTER, JOIN, NARROW, TOUCH, bend, cross, length, nearest_on_segment
 
 FULL = -1  #: the arrays are too small; call again with larger ones
 NOWHERE = -2  #: the search ended without the target
 ROOTS = 1 << 27  #: more than a search can have
-
-
-@njit(cache=True, nogil=True)
-def bend(rx, rz, lx, lz, ex, ez, qx, qz):
-    """Ground distance from a root through the window l-e (left, right end) to q, and where it bends.
-
-    0: straight; 1: over the left end; 2: over the right end. Ways that are BETTER only by rounding count as straight.
-    """
-    straight = length(qx - rx, qz - rz)
-    if cross(ex - rx, ez - rz, qx - rx, qz - rz) < 0.0:
-        over = length(ex - rx, ez - rz) + length(qx - ex, qz - ez)
-        if over > straight + BETTER:
-            return over, 2
-    elif cross(lx - rx, lz - rz, qx - rx, qz - rz) > 0.0:
-        over = length(lx - rx, lz - rz) + length(qx - lx, qz - lz)
-        if over > straight + BETTER:
-            return over, 1
-    return straight, 0
 
 
 @njit(cache=True, nogil=True)
@@ -64,7 +46,7 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
     ``edge`` is the corner of the polygon that is entered, ``tl`` and ``tr`` the interval along it. ``target`` is
     (polygon, x, z), polygon -1 for none.
     """
-    nodes, ends, key, heap, fans, fan_root, bound, bound_root, _ = scratch
+    nodes, ends, key, heap, fans, fan_root, bound, bound_root, _, _ = scratch
     a, b = s.corner[edge], s.corner[s.following[edge]]
     dx, dz = b[0] - a[0], b[2] - a[2]
     size = length(dx, dz)
@@ -80,7 +62,7 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
         bound[fa], bound_root[fa] = left, root
     if tr == 1.0 and right < bound[fb]:
         bound[fb], bound_root[fb] = right, root
-    if bound[fa] + tr * size < right - BETTER or bound[fb] + (1.0 - tl) * size < left - BETTER:
+    if not forced and (bound[fa] + tr * size < right - BETTER or bound[fb] + (1.0 - tl) * size < left - BETTER):
         return True
     if target[0] < 0.0:
         w, squared = nearest_on_segment(rx, rz, lx, lz, ex, ez)
@@ -95,7 +77,7 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
     if node >= len(key):
         return False
     state[0] += 1
-    nodes[node, 0], nodes[node, 1] = edge, root
+    nodes[node, 0], nodes[node, 1], nodes[node, 2] = edge, root, forced
     ends[node, 0], ends[node, 1] = tl, tr
     key[node] = cost
     at = state[1]
@@ -133,6 +115,22 @@ def pop(key, heap, state):
 
 
 @njit(cache=True, nogil=True)
+def add_root(state, roots, links, x, y, z, parent, fan):
+    """A new root in a straight line from its parent; its number, -1 where the arrays are full."""
+    new = state[2]
+    if new >= len(roots):
+        return -1
+    state[2] += 1
+    r = roots[parent]
+    dx, dy, dz = x - r[0], y - r[1], z - r[2]
+    roots[new, 0], roots[new, 1], roots[new, 2] = x, y, z
+    roots[new, 3] = r[3] + length(dx, dz)
+    roots[new, 4] = r[4] + math.sqrt(dx * dx + dy * dy + dz * dz)
+    links[new, 0], links[new, 1] = parent, fan
+    return new
+
+
+@njit(cache=True, nogil=True)
 def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
     """The root at a corner where paths from ``root`` turn left (sign 1) or right (-1); -1 where they don't."""
     fans, fan_root, bound = scratch[4], scratch[5], scratch[6]
@@ -145,7 +143,7 @@ def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
     if size <= TOUCH:
         return -1
     w = s.walls[f]
-    slack = -NARROW * size
+    slack = -TOUCH * size  # turning a little more than the wall asks for costs a window, turning less a path
     if sign * cross(dx, dz, w[0], w[1]) < slack or sign * cross(dx, dz, w[2], w[3]) < slack:
         return -1
     f -= base
@@ -156,14 +154,9 @@ def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
     known = fan_root[f]
     if known >= 0 and roots[known, 3] <= cost + BETTER:
         return known
-    new = state[2]
-    if new >= len(roots):
+    new = add_root(state, roots, links, x, s.corner[corner, 1], z, root, f)
+    if new < 0:
         return -3
-    state[2] += 1
-    y = s.corner[corner, 1]
-    roots[new, 0], roots[new, 1], roots[new, 2], roots[new, 3] = x, y, z, cost
-    roots[new, 4] = roots[root, 4] + math.sqrt(size * size + (y - roots[root, 1]) ** 2)
-    links[new, 0], links[new, 1] = root, f
     fan_root[f] = new
     return new
 
@@ -248,6 +241,8 @@ def expand(s, base, node, target, scratch, state, roots, links):
 def stale(s, base, node, scratch, roots, links):
     """Whether a window's root is reached on a shorter way by now, or its edge's ends are."""
     nodes, ends, bound = scratch[0], scratch[1], scratch[6]
+    if nodes[node, 2]:
+        return False
     root = nodes[node, 1]
     g = roots[root, 3]
     if links[root, 1] >= 0 and g > bound[links[root, 1]] + BETTER:
@@ -267,12 +262,38 @@ def stale(s, base, node, scratch, roots, links):
 
 
 @njit(cache=True, nogil=True)
-def force(s, base, scene, reached, stamp, target, scratch, state, roots, links):
+def reach_corner(s, base, q, corner, scratch, state, roots, links):
+    """The root at a corner of an edge of polygon q, on the way that q was first reached; -1 where the arrays are full.
+
+    A window bends at its end where it has to, so that there is always a way.
+    """
+    nodes, ends, entry = scratch[0], scratch[1], scratch[9]
+    x, y, z = s.corner[corner, 0], s.corner[corner, 1], s.corner[corner, 2]
+    root, node = 0, entry[q]
+    if node >= 0:
+        root = nodes[node, 1]
+        k = nodes[node, 0]
+        a, b = s.corner[k], s.corner[s.following[k]]
+        tl, tr = ends[node, 0], ends[node, 1]
+        lx, lz = a[0] + tl * (b[0] - a[0]), a[2] + tl * (b[2] - a[2])
+        ex, ez = a[0] + tr * (b[0] - a[0]), a[2] + tr * (b[2] - a[2])
+        _, over = bend(roots[root, 0], roots[root, 2], lx, lz, ex, ez, x, z)
+        if over > 0:
+            t = tl if over == 1 else tr
+            px, py, pz = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
+            root = add_root(state, roots, links, px, py, pz, root, -1)
+            if root < 0:
+                return -1
+    return add_root(state, roots, links, x, y, z, root, s.fan[corner] - base)
+
+
+@njit(cache=True, nogil=True)
+def force(s, base, scene, reached, target, scratch, state, roots, links):
     """Reach polygons that no window has reached over a corner of an edge they share with one that was.
 
     Returns how many windows were pushed, FULL where the arrays are too small.
     """
-    fans, fan_root, bound, bound_root = scratch[4], scratch[5], scratch[6], scratch[7]
+    entry, stamp = scratch[9], state[3]
     first, end = s.scene_polygon[scene], s.scene_polygon[scene + 1]
     pushed = 0
     for p in range(first, end):
@@ -282,31 +303,14 @@ def force(s, base, scene, reached, stamp, target, scratch, state, roots, links):
             other = s.twin[k]
             if other < 0 or reached[s.polygon[other] - first] != stamp:
                 continue
-            best, corner = math.inf, -1
-            for end_corner in (k, s.following[k]):
-                f = s.fan[end_corner] - base
-                if fans[f] == stamp and bound[f] < best:
-                    best, corner = bound[f], end_corner
-            if corner < 0:
-                continue
-            f = s.fan[corner] - base
-            new, parent = fan_root[f], bound_root[f]
-            if new < 0 or roots[new, 3] > best + BETTER:
-                new = state[2]
-                if new >= len(roots):
-                    return FULL
-                state[2] += 1
-                for i in range(3):
-                    roots[new, i] = s.corner[corner, i]
-                roots[new, 3] = best
-                roots[new, 4] = roots[parent, 4] + math.sqrt(
-                    (roots[new, 0] - roots[parent, 0]) ** 2
-                    + (roots[new, 1] - roots[parent, 1]) ** 2
-                    + (roots[new, 2] - roots[parent, 2]) ** 2
-                )
-                links[new, 0], links[new, 1] = parent, f
-                fan_root[f] = new
-            if not push(s, base, k, 0.0, 1.0, new, True, target, scratch, state, roots):
+            q = s.polygon[other]
+            one = reach_corner(s, base, q, k, scratch, state, roots, links)
+            two = reach_corner(s, base, q, s.following[k], scratch, state, roots, links)
+            if one < 0 or two < 0:
+                return FULL
+            root = one if roots[one, 3] <= roots[two, 3] else two
+            entry[p] = state[0]
+            if not push(s, base, k, 0.0, 1.0, root, True, target, scratch, state, roots):
                 return FULL
             reached[p - first] = stamp
             pushed += 1
@@ -324,12 +328,17 @@ def search(s, scene, p, x, y, z, target, stamp, scratch, state, roots, links, re
     base = s.scene_fan[scene]
     first = s.scene_polygon[scene]
     state[0], state[1], state[2], state[3] = 0, 0, 1, stamp
+    for k in range(s.start[p], s.start[p + 1]):
+        if length(s.corner[k, 0] - x, s.corner[k, 2] - z) <= JOIN:
+            x, z = s.corner[k, 0], s.corner[k, 2]
+            break
     roots[0, 0], roots[0, 1], roots[0, 2], roots[0, 3], roots[0, 4] = x, y, z, 0.0, 0.0
     links[0, 0], links[0, 1] = -1, -1
     goal = int(target[0])
     reached[p - first] = stamp
+    scratch[9][p] = -1
     for k in range(s.start[p], s.start[p + 1]):
-        if s.twin[k] >= 0 and not push(s, base, s.twin[k], 0.0, 1.0, 0, True, target, scratch, state, roots):
+        if s.twin[k] >= 0 and not push(s, base, s.twin[k], 0.0, 1.0, 0, False, target, scratch, state, roots):
             return FULL
     count = 0
     while True:
@@ -340,13 +349,15 @@ def search(s, scene, p, x, y, z, target, stamp, scratch, state, roots, links, re
             q = s.polygon[scratch[0][node, 0]]
             if q == goal:
                 return node
-            reached[q - first] = stamp
+            if reached[q - first] != stamp:
+                reached[q - first] = stamp
+                scratch[9][q] = node
             if goal < 0:
                 taken[count] = node
                 count += 1
             if not expand(s, base, node, target, scratch, state, roots, links):
                 return FULL
-        pushed = force(s, base, scene, reached, stamp, target, scratch, state, roots, links)
+        pushed = force(s, base, scene, reached, target, scratch, state, roots, links)
         if pushed == FULL:
             return FULL
         if pushed == 0:
@@ -442,53 +453,3 @@ def sort_windows(s, scene, count, scratch, roots, links, taken, start, windows, 
             windows[at, 3 + axis] = a[axis] + ends[node, 1] * (b[axis] - a[axis])
         window_root[at] = nodes[node, 1]
     return start[-1]
-
-
-@njit(cache=True, nogil=True)
-def query_windows(s, slots, scenes, polygons, points, slot_scene, goal_polygon, place, start, windows, window_root,
-                  roots, links, distances, corners):  # fmt: skip
-    """Distance from points (N, 3) in known polygons to the goals of their slots, and the next turning point.
-
-    ``place`` (slots, 3) says where a slot's rows begin in ``start``, ``windows`` and ``roots``.
-    """
-    for i in range(len(slots)):
-        slot, p = slots[i], polygons[i]
-        distances[i] = math.inf
-        corners[i, 0], corners[i, 1], corners[i, 2] = math.nan, math.nan, math.nan
-        goal = goal_polygon[slot]
-        if p < 0 or goal < 0 or slot_scene[slot] != scenes[i]:
-            continue
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        row0, window0, root0 = place[slot, 0], place[slot, 1], place[slot, 2]
-        if p == goal:
-            r = roots[root0]
-            distances[i] = math.sqrt((x - r[0]) ** 2 + (y - r[1]) ** 2 + (z - r[2]) ** 2)
-            corners[i, 0], corners[i, 1], corners[i, 2] = r[0], r[1], r[2]
-            continue
-        local = p - s.scene_polygon[scenes[i]]
-        best, chosen, chosen_over = math.inf, -1, 0
-        for w in range(window0 + start[row0 + local], window0 + start[row0 + local + 1]):
-            e = windows[w]
-            r = roots[root0 + window_root[w]]
-            cost, over = bend(r[0], r[2], e[0], e[2], e[3], e[5], x, z)
-            if r[3] + cost < best:
-                best, chosen, chosen_over = r[3] + cost, w, over
-        if chosen < 0:
-            continue
-        root = window_root[chosen]
-        r = roots[root0 + root]
-        if chosen_over == 0:
-            away = math.sqrt((x - r[0]) ** 2 + (y - r[1]) ** 2 + (z - r[2]) ** 2)
-            distances[i] = r[4] + away
-            if away <= 10.0 * TOUCH and links[root0 + root, 0] >= 0:
-                r = roots[root0 + links[root0 + root, 0]]
-            corners[i, 0], corners[i, 1], corners[i, 2] = r[0], r[1], r[2]
-            continue
-        e = windows[chosen]
-        o = 0 if chosen_over == 1 else 3
-        corners[i, 0], corners[i, 1], corners[i, 2] = e[o], e[o + 1], e[o + 2]
-        distances[i] = (
-            r[4]
-            + math.sqrt((e[o] - r[0]) ** 2 + (e[o + 1] - r[1]) ** 2 + (e[o + 2] - r[2]) ** 2)
-            + math.sqrt((e[o] - x) ** 2 + (e[o + 1] - y) ** 2 + (e[o + 2] - z) ** 2)
-        )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import NavMeshError
-from prnav.navmesh import geodesic, queries
+from prnav.navmesh import geodesic, queries, windows
 from prnav.navmesh.navmesh_set import NavMeshSet
 from prnav.navmesh.pairs import SearchArrays
 
@@ -90,11 +90,11 @@ class GoalFields:
             count = search.run(scene, polygon, positions[i], nowhere)
             polygon_count = int(surface.scene_polygon[scene + 1] - surface.scene_polygon[scene])
             start = self._start.claim(slot, polygon_count + 1)
-            windows = self._windows.claim(slot, count)
+            rows = self._windows.claim(slot, count)
             roots = self._roots.claim(slot, int(search.state[2]))
             geodesic.sort_windows(
                 surface, scene, count, search.scratch, search.roots, search.links, search.taken,
-                self._start.arrays[0][start], self._windows.arrays[0][windows], self._windows.arrays[1][windows],
+                self._start.arrays[0][start], self._windows.arrays[0][rows], self._windows.arrays[1][rows],
             )  # fmt: skip
             self._roots.arrays[0][roots] = search.roots[: search.state[2]]
             self._roots.arrays[1][roots] = search.links[: search.state[2]]
@@ -106,7 +106,8 @@ class GoalFields:
         """Distance of points (n, 3) to their slots' goals, (n,) [m], and the next turning point, (n, 3).
 
         The turning point is the goal itself where it lies in a straight line. A goal on another island, a slot never
-        prepared and a point with no floor in reach give inf and NaN. Points off the floor are measured from where they snap, those straight above or below it from where they are.
+        prepared and a point with no floor in reach give inf and NaN. Points off the floor are measured from where
+        they snap, those straight above or below it from where they are.
         """
         points = queries.as_points(points)
         slots = self._slots(slot_ids, len(points))
@@ -114,7 +115,7 @@ class GoalFields:
         scenes = np.maximum(self._scene[slots], 0)
         positions, polygons = queries.find_ends(surface, scenes, points)
         distances, corners = np.empty(len(points)), np.empty((len(points), 3))
-        geodesic.query_windows(
+        windows.query_windows(
             surface, slots, scenes, polygons, positions, self._scene, self._polygon, self._place,
             self._start.arrays[0], self._windows.arrays[0], self._windows.arrays[1],
             self._roots.arrays[0], self._roots.arrays[1], distances, corners,

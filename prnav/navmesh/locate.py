@@ -2,10 +2,12 @@
 
 The nearest polygon is Detour's ``findNearestPoly`` as Habitat calls it: among polygons that touch the box of half
 extents 2, 4, 2 m around the point, a polygon straight above or below costs the height difference beyond the climb,
-any other one the distance to its outline; the cheapest wins. One oddity of Detour is kept, because Habitat's recorded answers have
-it: a box that holds the lower corner of the scene's bounds sees the scene's first polygon too, however far away that
-is, so that a few points outside the building snap to it instead of nowhere. A point with floor within the climb below or above it is
+any other one the distance to its outline; the cheapest wins. A point with floor within the climb below or above it is
 found through the grid alone.
+
+One oddity of Detour is kept, because Habitat's recorded answers have it: a box that holds the lower corner of the
+scene's bounds sees the scene's first polygon too, however far away that is, so that a few points outside the building
+snap to it instead of nowhere.
 """
 
 from __future__ import annotations
@@ -21,21 +23,42 @@ REACH_XZ = 2.0  #: half extent of the search box in the ground plane [m]
 REACH_Y = 4.0  #: half extent of the search box in height [m]
 
 
+OUTSIDE, INSIDE, RIM = 0, 1, 2
+
+
 @njit(cache=True, nogil=True)
 def inside(s, p, x, z):
-    """Whether polygon p holds the ground point, its outline included."""
+    """Whether polygon p holds the ground point: INSIDE, OUTSIDE, or RIM for less than TOUCH outside."""
     box = s.box[p]
     if x < box[0] - TOUCH or x > box[3] + TOUCH or z < box[2] - TOUCH or z > box[5] + TOUCH:
-        return False
+        return OUTSIDE
     first, end = s.start[p], s.start[p + 1]
     ax, az = s.corner[end - 1, 0], s.corner[end - 1, 2]
+    result = INSIDE
     for k in range(first, end):
         bx, bz = s.corner[k, 0], s.corner[k, 2]
         dx, dz = bx - ax, bz - az
-        if cross(dx, dz, x - ax, z - az) < -TOUCH * length(dx, dz):
-            return False
+        side = cross(dx, dz, x - ax, z - az)
+        if side < 0.0:
+            if side < -TOUCH * length(dx, dz):
+                return OUTSIDE
+            result = RIM
         ax, az = bx, bz
-    return True
+    return result
+
+
+@njit(cache=True, nogil=True)
+def settle(s, p, x, z, state, out):
+    """The floor point of polygon p at a ground point that it holds, into ``out`` (3,); from the rim onto its edge."""
+    if state == RIM:
+        best, qx, qz = math.inf, x, z
+        for k in range(s.start[p], s.start[p + 1]):
+            a, b = s.corner[k], s.corner[s.following[k]]
+            t, squared = nearest_on_segment(x, z, a[0], a[2], b[0], b[2])
+            if squared < best:
+                best, qx, qz = squared, a[0] + t * (b[0] - a[0]), a[2] + t * (b[2] - a[2])
+        x, z = qx, qz
+    out[0], out[1], out[2] = x, height(s, p, x, z), z
 
 
 @njit(cache=True, nogil=True)
@@ -113,11 +136,12 @@ def nearest(s, scene, x, y, z, out):
         at = base + row * columns + column
         for i in range(s.cell_start[at], s.cell_start[at + 1]):
             p = s.cell_polygon[i]
-            if inside(s, p, x, z):
-                h = height(s, p, x, z)
-                if abs(h - y) <= climb:
-                    out[0], out[1], out[2] = x, h, z
+            held = inside(s, p, x, z)
+            if held != OUTSIDE:
+                settle(s, p, x, z, held, out)
+                if abs(out[1] - y) <= climb:
                     return p
+    out[0], out[1], out[2] = math.nan, math.nan, math.nan
     # the whole box
     scene_box = s.scene_box[scene]
     if x - REACH_XZ >= scene_box[3] or z - REACH_XZ >= scene_box[5]:
@@ -163,8 +187,9 @@ def nearest(s, scene, x, y, z, out):
                 dy = max(b[1] - y, 0.0, y - b[4])
                 if dx * dx + dz * dz + max(0.0, dy - climb) ** 2 > best:
                     continue
-                if inside(s, p, x, z):
-                    point[0], point[1], point[2] = x, height(s, p, x, z), z
+                held = inside(s, p, x, z)
+                if held != OUTSIDE:
+                    settle(s, p, x, z, held, point)
                     squared = max(0.0, abs(point[1] - y) - climb) ** 2
                 else:
                     nearest_outline(s, p, x, z, point)
@@ -177,8 +202,9 @@ def nearest(s, scene, x, y, z, out):
     # Detour's tree has a spare last node of no size at the lower corner that names the first polygon
     p = s.scene_polygon[scene]
     if s.island[p] >= 0:
-        if inside(s, p, x, z):
-            point[0], point[1], point[2] = x, height(s, p, x, z), z
+        held = inside(s, p, x, z)
+        if held != OUTSIDE:
+            settle(s, p, x, z, held, point)
             squared = max(0.0, abs(point[1] - y) - climb) ** 2
         else:
             nearest_outline(s, p, x, z, point)

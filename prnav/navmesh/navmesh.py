@@ -25,7 +25,7 @@ from prnav.navmesh.surface import Surface, build_surface, triangle_areas
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
-CACHE_VERSION = 1  #: raised when the builder's result changes
+CACHE_VERSION = 2  #: raised when the builder's result changes
 
 
 class Island(NamedTuple):
@@ -232,7 +232,12 @@ def _build(scene: SceneMesh, settings: NavMeshSettings) -> PolyMesh:
             f"scene {scene.name}: no floor that a body of radius {settings.agent_radius} m and height "
             f"{settings.agent_height} m can stand on; check the up axis and the navmesh settings"
         )
-    return mesh
+    # coordinates as a file holds them, so that a navmesh saved and loaded is the same to the last bit
+    rounded = {
+        name: getattr(mesh, name).astype(np.float32).astype(np.float64)
+        for name in ("vertices", "detail_vertices", "bounds")
+    }
+    return dataclasses.replace(mesh, **rounded)
 
 
 def _zeros(count: int) -> NDArray[np.int64]:

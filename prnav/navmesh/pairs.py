@@ -27,18 +27,20 @@ class SearchArrays:
         self._per_fan = (np.zeros(fans, np.int64), np.zeros(fans, np.int32), np.zeros(fans), np.zeros(fans, np.int32))
         self.reached = np.zeros(polygons, np.int64)
         self._around = np.zeros(len(surface.island), np.int64)
+        self._entry = np.zeros(len(surface.island), np.int32)
         self.stamp = np.zeros(1, np.int64)
         self.state = np.zeros(4, np.int64)
         self._allocate(FIRST_WINDOWS)
 
     def _allocate(self, windows: int) -> None:
         self.scratch = (
-            np.empty((windows, 2), np.int32),
+            np.empty((windows, 3), np.int32),
             np.empty((windows, 2)),
             np.empty(windows),
             np.empty(windows, np.int32),
             *self._per_fan,
             self._around,
+            self._entry,
         )
         self.roots = np.empty((windows, 5))
         self.links = np.empty((windows, 2), np.int32)

@@ -4,10 +4,12 @@
 left of a for someone looking down, so that the interior of a polygon lies to the left of its edges (the orientation
 of :class:`~prnav.navmesh.polymesh.PolyMesh`).
 
-**Tolerances.** Everything is float64. There are three lengths, and no other epsilon decides what touches what:
+**Tolerances.** Everything is float64. There are four lengths, and no other epsilon decides what touches what:
 
 - ``TOUCH`` [m]: a point this close to an edge or a corner is on it. Well above the rounding of float64 at the size of
   a building (1e-14), well below anything a body notices.
+- ``JOIN`` [m]: a shortest path that starts this close to a corner starts at the corner: the directions from one to the
+  other would be rounding.
 - ``NARROW`` [m]: windows and slivers thinner than this are dropped, window ends this close to a corner are the corner.
 - ``BETTER`` [m]: a path must be shorter by this to replace another; what is longer by this is pruned.
 """
@@ -19,6 +21,7 @@ import math
 from numba import njit
 
 TOUCH = 1e-7
+JOIN = 1e-6
 NARROW = 1e-9
 BETTER = 1e-9
 
@@ -45,3 +48,25 @@ def nearest_on_segment(px, pz, ax, az, bx, bz):
         t = min(1.0, max(0.0, ((px - ax) * dx + (pz - az) * dz) / squared))
     ex, ez = ax + t * dx - px, az + t * dz - pz
     return t, ex * ex + ez * ez
+
+
+@njit(cache=True, nogil=True)
+def bend(rx, rz, lx, lz, ex, ez, qx, qz):
+    """Ground distance from a root through the window l-e (left, right end) to q, and where it bends.
+
+    0: straight; 1: over the left end; 2: over the right end. A point within TOUCH of the outermost line of sight is
+    still seen, or else a point on the window's own edge might be sent round over its far end.
+    """
+    straight = length(qx - rx, qz - rz)
+    side = cross(ex - rx, ez - rz, qx - rx, qz - rz)
+    if side < 0.0:
+        out = length(ex - rx, ez - rz)
+        if side < -TOUCH * out:
+            return out + length(qx - ex, qz - ez), 2
+        return straight, 0
+    side = cross(lx - rx, lz - rz, qx - rx, qz - rz)
+    if side > 0.0:
+        out = length(lx - rx, lz - rz)
+        if side > TOUCH * out:
+            return out + length(qx - lx, qz - lz), 1
+    return straight, 0

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import NavMeshError
 from prnav.navmesh import locate, step
+from prnav.navmesh.planar import TOUCH
 from prnav.navmesh.surface import Surface
 
 Floats = NDArray[np.float64]
@@ -62,7 +63,8 @@ def find_ends(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tu
     As in Habitat, a point straight above or below its polygon keeps its own height: its path starts there.
     """
     positions, polygons = find(surface, scenes, points)
-    over = (positions[:, 0] == points[:, 0]) & (positions[:, 2] == points[:, 2])
+    offset = np.abs(positions - points)
+    over = (offset[:, 0] <= TOUCH) & (offset[:, 2] <= TOUCH)  # False on NaN
     positions[over, 1] = points[over, 1]
     return positions, polygons
 

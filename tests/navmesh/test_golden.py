@@ -144,3 +144,30 @@ def test_topdown_map(scene):
         want = stored[stored.files[0]]
     got = navmesh.topdown(view["height"], view["meters_per_pixel"], view["eps"])
     assert got.shape == want.shape and (got == want).mean() >= 0.999
+
+
+def test_points_on_and_beside_corners_and_edges_keep_the_laws(scene):
+    """Rounding has most to say where a path starts or ends on a corner, on an edge, or a hair beside one."""
+    navmesh, _ = load(scene)
+    rng = np.random.default_rng(0)
+    s = navmesh.surface
+    a = rng.permutation(len(s.corner))[:20]
+    begin, edge = s.corner[a], s.corner[s.following[a]] - s.corner[a]
+    parts = [begin, begin + 0.5 * edge, begin + rng.random((20, 1)) * edge]
+    parts += [begin + rng.normal(size=(20, 3)) * size for size in (1e-9, 1e-7, 1e-6, 1e-5)]
+    points = navmesh.snap(np.concatenate([*parts, navmesh.random_points(10, 0)]))
+    count = len(points)
+    table = np.array([navmesh.distances(points, p) for p in points])
+    fields = GoalFields(NavMeshSet([navmesh]), count)
+    fields.prepare(np.arange(count), np.zeros(count), points)
+    field = np.array([fields.query(np.full(count, i), points)[0] for i in range(count)])
+    island = navmesh.island_of(points)
+    same = island[:, None] == island[None]
+    assert np.array_equal(np.isfinite(table), same) and np.array_equal(np.isfinite(field), same)
+    assert np.array_equal(table, table.T)
+    assert np.abs(table[same] - field[same]).max() < 2e-6
+    ground = np.full((count, count), np.inf)
+    for i, j in zip(*np.nonzero(same), strict=True):
+        ground[i, j] = np.linalg.norm(np.diff(navmesh.path(points[i], points[j])[:, [0, 2]], axis=0), axis=1).sum()
+    through = np.min([ground[:, [k]] + ground[[k]] for k in range(count)], axis=0)
+    assert (ground[same] - through[same]).max() < 2e-6
