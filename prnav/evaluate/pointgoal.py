@@ -70,7 +70,7 @@ def describe(questions: Questions, config: EnvConfig, agent: Agent, seed: int, f
         "seed": seed,
         "split": questions.name,
         "episodes_hash": questions.hash,
-        "trained": facts,
+        "checkpoint": facts,
         "env": {key: settings[key] for key in kept if key in settings},
     }
 

@@ -160,15 +160,15 @@ class RecordWriter:
         header = _read_header(self.directory)
         if header.pop("finished", False):
             return {}
+        path = self.directory / RECORDS
+        if not path.exists() or not path.stat().st_size:
+            return {}  # it ended before anything was worth keeping
         if header != self._header:
             changed = sorted(k for k in {*header, *self._header} if header.get(k) != self._header.get(k))
             raise RecordError(
                 f"{self.directory}: holds an unfinished evaluation with another {', '.join(changed)}; "
                 "run that one to its end, give --restart to drop it, or choose another --out"
             )
-        path = self.directory / RECORDS
-        if not path.exists():
-            return {}
         data = path.read_bytes()
         whole = data[: data.rfind(b"\n") + 1]
         rows = _parse_rows(path, whole)
