@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import RecordError
 from prnav.files import atomic_path
+from prnav.navmesh.polymesh import FLAG_WALK
 
 if TYPE_CHECKING:
     from prnav.navmesh import NavMesh
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 MAPS = "maps.npz"
 STOREY = 1.5
 """Positions whose heights differ by less than this [m] are drawn on one floor."""
+HALF_STOREY = 1.0
+"""What is higher or lower than a floor by less than this [m] is drawn on it: its half of the stairs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +70,36 @@ def make_maps(
     """
     maps = []
     for scene_id, navmesh, heights in scenes:
-        low = navmesh.bounds[0]
+        low, high = navmesh.bounds
+        mesh = navmesh.mesh
+        walk = np.repeat((mesh.flags & FLAG_WALK).astype(np.bool_), np.diff(mesh.detail_start))
+        triangles = mesh.all_vertices[mesh.detail_triangles[walk]]
+        rows, columns = (max(1, math.ceil((high[axis] - low[axis]) / metres_per_pixel)) for axis in (2, 0))
+        shape = (rows, columns)
         for height in floor_heights(heights):
-            walkable = navmesh.topdown(height, metres_per_pixel)
+            near = np.abs(triangles[..., 1].mean(axis=1) - height) < HALF_STOREY
+            walkable = rasterise(triangles[near][..., [0, 2]], (low[0], low[2]), metres_per_pixel, shape)
             maps.append(FloorMap(scene_id, height, (float(low[0]), float(low[2])), metres_per_pixel, walkable))
     return maps
+
+
+def rasterise(
+    triangles: NDArray[np.float64], origin: tuple[float, float], size: float, shape: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Cells (H, W) whose centres lie in any of the triangles (T, 3, 2), x and z [m]; ``size`` is a cell's side [m]."""
+    cells = np.zeros(shape, dtype=np.bool_)
+    for corners in (triangles - origin) / size - 0.5:  # in cells: cell (row, column) has its centre at (column, row)
+        first = np.maximum(np.ceil(corners.min(axis=0) - 1e-9).astype(int), 0)
+        last = np.minimum(np.floor(corners.max(axis=0) + 1e-9).astype(int) + 1, shape[::-1])
+        if (last <= first).any():
+            continue
+        x, z = np.arange(first[0], last[0])[None, :], np.arange(first[1], last[1])[:, None]
+        following = np.roll(corners, -1, axis=0)
+        edges = following - corners
+        sides = [dx * (z - z0) - dz * (x - x0) for (x0, z0), (dx, dz) in zip(corners, edges, strict=True)]
+        inside = np.all([side >= -1e-9 for side in sides], axis=0) | np.all([side <= 1e-9 for side in sides], axis=0)
+        cells[first[1] : last[1], first[0] : last[0]] |= inside
+    return cells
 
 
 def save_maps(directory: str | Path, maps: Sequence[FloorMap]) -> None:

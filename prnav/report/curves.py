@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -15,6 +16,8 @@ from prnav.errors import RecordError
 from prnav.report import style
 
 METRICS = "metrics.jsonl"
+SHARES = ("measures.spl", "measures.success", "measures.soft_spl")
+"""Metrics between 0 and 1."""
 
 
 def read_metrics(run: str | Path) -> list[dict[str, Any]]:
@@ -93,6 +96,11 @@ def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping
                 if width > 1:
                     axes.plot(steps, values, color=color, linewidth=0.8, alpha=0.25)
                 axes.plot(steps, smooth(values, width), color=color, linewidth=2.0, label=name)
+            _shade_imitation(axes, runs.values())
+            if key in SHARES:
+                axes.set_ylim(-0.02, 1.02)
+            else:
+                axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
             axes.set_title(panels[key])
             axes.set_xlabel("environment steps")
             axes.xaxis.set_major_formatter(_short)
@@ -101,6 +109,16 @@ def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping
             handles, labels = grid[0].get_legend_handles_labels()
             figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _shade_imitation(axes: Axes, runs: Iterable[Sequence[Mapping[str, Any]]]) -> None:
+    """Mark the steps in which an oracle acted in part: what is measured there is not the agent alone."""
+    ends = [float(row["step"]) for rows in runs for row in rows if row.get("phase") == "imitation"]
+    if ends:
+        axes.axvspan(0.0, max(ends), color=style.FLOOR, zorder=0)
+        axes.annotate(
+            "imitation", (0.0, 1.0), (4, -11), xycoords="axes fraction", textcoords="offset points", fontsize=8
+        )
 
 
 def _short(value: float, _position: object = None) -> str:

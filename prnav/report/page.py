@@ -16,7 +16,7 @@ from prnav.evaluate.maps import FloorMap, load_maps
 from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, load_evaluation, load_trajectories
 from prnav.report import style
 from prnav.report.curves import METRICS, draw_curves, read_metrics
-from prnav.report.tables import comparison_html
+from prnav.report.tables import comparison_html, same_episodes
 from prnav.report.topdown import draw_episodes, draw_house
 
 PANELS = {
@@ -26,6 +26,8 @@ PANELS = {
     "times.steps_per_second": "Steps per second",
 }
 """Learning curves that are shown, by their path in the metrics."""
+
+CURVES = "Means over the latest training episodes, smoothed. Where it says imitation, an oracle acted in part."
 
 _STYLE = """
 :root { color-scheme: light; }
@@ -69,9 +71,7 @@ def read_run(directory: str | Path) -> RunRecords:
     unfinished = tuple(folder.name for folder in found if not is_finished(folder))
     metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
     if not evaluations and not metrics:
-        raise RecordError(
-            f"{path}: holds no finished evaluation and no {METRICS}; use prnav-eval --run {path}"
-        )
+        raise RecordError(f"{path}: holds no finished evaluation and no {METRICS}; use prnav-eval --run {path}")
     return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"), unfinished)
 
 
@@ -91,6 +91,8 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
             "path length, SoftSPL takes progress in the place of success. Greedy takes the likeliest action, sampled "
             "draws from the policy.</p>"
         )
+    if not same_episodes([evaluation for _, evaluation in shown]):
+        parts.append("<p>These evaluations are of different episodes; they do not compare one to one.</p>")
     parts += [
         f"<p>{html.escape(run.name)}: the evaluation {html.escape(name)} is unfinished and not shown.</p>"
         for run in runs
@@ -98,7 +100,7 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
     ]
     curves = draw_curves({run.name: run.metrics for run in runs if run.metrics}, PANELS)
     if curves is not None:
-        parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), "Mean over the last episodes, smoothed.")]
+        parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), CURVES)]
         parts += [f"<p>{html.escape(line)}</p>" for line in map(_trained, runs) if line]
     if shown:
         parts.append("<h2>Trajectories</h2>")

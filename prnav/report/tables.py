@@ -37,9 +37,10 @@ def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
 
 
 def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> str:
-    """Evaluations as an HTML table, one row each; the best mean of each measure stands out."""
+    """Evaluations as an HTML table, one row each; where all are of the same episodes, the best means stand out."""
     results = [intervals_of(evaluation.header) for evaluation in evaluations]
     keys = [measure.key for measure in MEASURES if any(measure.key in result for result in results)]
+    comparable = len(evaluations) > 1 and same_episodes(evaluations)
     best = {key: _best(key, results) for key in keys}
     head = "".join(f"<th>{html.escape(BY_KEY[key].label)}{_unit(key)}</th>" for key in keys)
     lines = []
@@ -50,7 +51,7 @@ def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> 
                 cells.append("<td>–</td>")
                 continue
             mean, ends = format_interval(key, result[key])
-            strong = len(evaluations) > 1 and best[key] == result[key].mean
+            strong = comparable and best[key] == result[key].mean
             mean = f"<b>{mean}</b>" if strong else mean
             cells.append(f"<td>{mean}<small>{ends}</small></td>")
         lines.append(f"<tr>{''.join(cells)}</tr>")
@@ -58,6 +59,11 @@ def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> 
         f"<table><thead><tr><th>evaluation</th><th>episodes</th>{head}</tr></thead>"
         f"<tbody>{''.join(lines)}</tbody></table>"
     )
+
+
+def same_episodes(evaluations: Sequence[Evaluation]) -> bool:
+    """Whether all evaluations played the same list of episodes."""
+    return len({evaluation.header.get("episodes_hash") for evaluation in evaluations}) <= 1
 
 
 def _unit(key: str) -> str:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.maps import STOREY, FloorMap, floor_of
+from prnav.evaluate.maps import HALF_STOREY, FloorMap, floor_of
 from prnav.evaluate.records import Evaluation
 from prnav.report import style
 
@@ -65,7 +65,7 @@ def draw_trajectory(
         collision_size: area of a collision's dot in square points; 0 draws none.
         markers: whether start and goal are marked.
     """
-    here = np.abs(trajectory.positions[:, 1] - floor.height) < 0.5 * STOREY + 0.25
+    here = np.abs(trajectory.positions[:, 1] - floor.height) < HALF_STOREY
     plane = trajectory.positions[:, [0, 2]]
     segments = np.stack([plane[:-1], plane[1:]], axis=1)
     drawn = here[:-1] & here[1:] & np.any(plane[:-1] != plane[1:], axis=1)
@@ -84,13 +84,15 @@ def draw_trajectory(
         return
     if here[0]:
         _mark(axes, plane[0], "o", style.START, 52)
-    if goal is not None and abs(float(np.asarray(goal)[1]) - floor.height) < 0.5 * STOREY + 0.25:
+    if goal is not None and abs(float(np.asarray(goal)[1]) - floor.height) < HALF_STOREY:
         point = np.asarray(goal, dtype=np.float64)[[0, 2]]
         axes.scatter(
             point[0], point[1], s=150, marker="*", color=style.GOAL, edgecolors="white", linewidths=1.0, zorder=6
         )
     if here[-1]:
-        _mark(axes, plane[-1], "X", style.INK, 34)
+        axes.scatter(
+            plane[-1, 0], plane[-1, 1], s=56, facecolors="none", edgecolors=style.INK, linewidths=1.6, zorder=7
+        )
 
 
 def _scale_bar(axes: Axes, extent: tuple[float, float, float, float]) -> None:
@@ -214,10 +216,15 @@ def _legend() -> list[Line2D]:
         return Line2D([], [], marker=symbol, color=color, linestyle="none", markersize=size, label=label)
 
     path = Line2D([], [], color=style.TIME(0.4), linewidth=2.5, label="path, dark to light in time")
+    end = mark("o", "none", 7, "end")
+    end.set_markeredgecolor(style.INK)
+    end.set_markeredgewidth(1.6)
     return [
         mark("o", style.START, 7, "start"),
         mark("*", style.GOAL, 11, "goal"),
-        mark("X", style.INK, 7, "end"),
+        Line2D(
+            [], [], marker="o", color="none", markeredgecolor=style.INK, markeredgewidth=1.6, markersize=7, label="end"
+        ),
         mark("o", style.COLLISION, 4.5, "collision"),
         path,
     ]

@@ -58,8 +58,8 @@ def test_trajectories_stay_on_the_floor_plans(questions, config, tmp_path):
     assert floor.scene_id == questions.source.world.scene_ids[0]
     points = np.concatenate([t.positions for t in load_trajectories(evaluation)])
     x, z = floor.origin
-    columns = np.round((points[:, 0] - x) / floor.metres_per_pixel).astype(int)
-    rows = np.round((points[:, 2] - z) / floor.metres_per_pixel).astype(int)
+    columns = np.floor((points[:, 0] - x) / floor.metres_per_pixel).astype(int)
+    rows = np.floor((points[:, 2] - z) / floor.metres_per_pixel).astype(int)
     height, width = floor.walkable.shape
     grown = np.pad(floor.walkable, 2)
     grown = np.any([np.roll(grown, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)

@@ -44,6 +44,14 @@ def test_page_is_whole_and_holds_its_pictures(run, tmp_path, make_evaluation):
     assert "home/<1>" not in text
 
 
+def test_different_episodes_are_not_ranked(run, tmp_path, make_evaluation):
+    path = make_evaluation(tmp_path / "other" / "eval" / "test", "random").directory / "evaluation.json"
+    path.write_text(path.read_text().replace('"split"', '"episodes_hash": "0123", "split"'))
+    page = make_page([read_run(run), read_run(tmp_path / "other")])
+    assert "These evaluations are of different episodes" in page
+    assert "<b>" not in page
+
+
 def test_page_of_a_run_without_evaluation_shows_its_curves(run):
     records = read_run(run)
     page = make_page([type(records)(records.name, (), records.metrics, records.facts)])
