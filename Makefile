@@ -16,7 +16,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt tools/install.py
 
 train: setup
 	$(BIN)/prnav-train pointgoal --config quickstart --run $(RUN)
-	$(BIN)/prnav-eval --run $(RUN) --split test --episodes 180
+	$(BIN)/prnav-eval --run $(RUN) --split test --episodes 360
 	$(BIN)/prnav-report $(RUN)
 
 test: setup lint types contract unit wheel-test

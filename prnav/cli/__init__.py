@@ -1,0 +1,1 @@
+"""The commands: thin layers that parse, call and print."""

@@ -52,8 +52,8 @@ def parser() -> argparse.ArgumentParser:
     how.add_argument(
         "--actions",
         choices=("greedy", "sampled"),
-        default="greedy",
-        help="of a trained agent (default: greedy)",
+        default="sampled",
+        help="of a trained agent (default: sampled, as it was trained and as Habitat evaluates)",
     )
     how.add_argument("--seed", type=int, default=0, help="seed of sampled actions (default: 0)")
     how.add_argument(

@@ -2,6 +2,7 @@ import json
 
 import pytest
 
+import prnav
 from prnav.cli import eval as command
 from prnav.cli.report import main as report
 
@@ -15,6 +16,7 @@ def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
     result = json.loads((tmp_path / "out.json").read_text())
     assert result["episodes"] == 2
     assert (result["agent"], result["actions"], result["split"]) == ("shortest-path", "rule", "val")
+    assert result["version"] == prnav.__version__
     spl = result["measures"]["spl"]
     assert 0.5 < spl["low"] <= spl["mean"] <= spl["high"] <= 1.0
     folder = tmp_path / "runs" / "shortest-path" / "eval" / "val-2"
@@ -49,5 +51,5 @@ def test_folders_are_named_for_what_was_asked():
         return str(command._directory(command.parser().parse_args(arguments), "test"))
 
     assert folder("--agent", "random") == "runs/random/eval/test"
-    assert folder("--run", "runs/a", "--episodes", "9") == "runs/a/eval/test-greedy-9"
+    assert folder("--run", "runs/a", "--episodes", "9") == "runs/a/eval/test-sampled-9"
     assert folder("--run", "runs/a", "--actions", "sampled", "--seed", "3") == "runs/a/eval/test-sampled-seed3"
