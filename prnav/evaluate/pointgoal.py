@@ -63,7 +63,7 @@ def describe(questions: Questions, config: EnvConfig, agent: Agent, seed: int, f
     kept = ("design", "grid", "rays_per_receptor", "engine", "vision", "sim", "task", "navmesh")
     settings = to_mapping(config)
     return {
-        "prnav": __version__,
+        "version": __version__,
         "task": "pointgoal",
         "agent": agent.name,
         "actions": agent.actions,
