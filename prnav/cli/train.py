@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("task", choices=("pointgoal",), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
     p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: quickstart)")
-    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all")
+    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them")
     p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
@@ -108,13 +108,26 @@ def configure(options: argparse.Namespace) -> TrainConfig:
     if options.scene:
         settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
     own = Path(options.run) / "config.toml" if options.run and options.resume else None
-    name = options.config or (str(own) if own is not None and own.exists() else "quickstart")
+    goes_on = own is not None and own.exists()
+    name = options.config or (str(own) if goes_on else "quickstart")
     config = load_train_config(name, tuple(settings))
+    if options.steps is not None and not goes_on and not any(key.startswith("imitation.steps=") for key in settings):
+        config = with_scaled_warm_start(config, load_train_config(name))
     if options.warmstart == "none":
         config = replace(config, imitation=replace(config.imitation, steps=0))
     elif options.warmstart == "imitation" and not config.imitation.steps:
         config = replace(config, imitation=replace(config.imitation, steps=max(1, config.total_steps // 5)))
     return without_readings(config) if options.blind and config.policy.encoder != "blind" else config
+
+
+def with_scaled_warm_start(config: TrainConfig, written: TrainConfig) -> TrainConfig:
+    """``config`` with the warm start's share of the whole run as it was ``written``, before ``--steps`` changed it.
+
+    A warm start that is cut short ends while the oracle still takes most steps, and leaves a policy that never walked
+    on its own.
+    """
+    steps = config.total_steps * written.imitation.steps // written.total_steps
+    return replace(config, imitation=replace(config.imitation, steps=steps))
 
 
 def _quoted(text: str) -> str:

@@ -1,7 +1,8 @@
 """Vector observations (where the agent is, where its goal is) as bounded, well-scaled network inputs.
 
-Distances span centimetres (is this the goal?) to tens of metres (is it in another room?), so they enter as a logarithm
-and as an exponential that is sharp near zero; angles enter as sine and cosine, so that nothing jumps at pi.
+Distances span centimetres (is this the goal?) to tens of metres (is it in another room?), so they enter as a logarithm,
+as an exponential that tells the last metre, and as a Gaussian bump that is steepest where a stop is decided (at 0.2 m);
+angles enter as sine and cosine, so that nothing jumps at pi.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ Features = Callable[[Tensor], Tensor]
 
 
 def direction_features(distance: Tensor, bearing: Tensor) -> Tensor:
-    """Features (..., 4) of a place at ``distance`` [m] and ``bearing`` [rad], both (...)."""
-    return torch.stack([torch.log1p(distance), torch.exp(-2.0 * distance), bearing.sin(), bearing.cos()], dim=-1)
+    """Features (..., 5) of a place at ``distance`` [m] and ``bearing`` [rad], both (...)."""
+    near = torch.exp(-((4.0 * distance) ** 2))
+    return torch.stack([torch.log1p(distance), torch.exp(-2.0 * distance), near, bearing.sin(), bearing.cos()], dim=-1)
 
 
 def pointgoal_features(pointgoal: Tensor) -> Tensor:
-    """Features (..., 4) of a goal given as distance [m] and bearing [rad], (..., 2)."""
+    """Features (..., 5) of a goal given as distance [m] and bearing [rad], (..., 2)."""
     return direction_features(pointgoal[..., 0], pointgoal[..., 1])
 
 
 def gps_features(gps: Tensor) -> Tensor:
-    """Features (..., 4) of a position [m] in the frame of the episode's start, ahead and right, (..., 2)."""
+    """Features (..., 5) of a position [m] in the frame of the episode's start, ahead and right, (..., 2)."""
     ahead, right = gps[..., 0], gps[..., 1]
     return direction_features(torch.hypot(ahead, right), torch.atan2(right, ahead))
 
@@ -55,9 +57,9 @@ def symmetric_log(values: Tensor) -> Tensor:
 
 
 KNOWN: Mapping[str, tuple[Features, int]] = {
-    "gps": (gps_features, 4),
+    "gps": (gps_features, 5),
     "compass": (compass_features, 2),
-    "pointgoal": (pointgoal_features, 4),
+    "pointgoal": (pointgoal_features, 5),
 }
 """Observation key -> (function, number of features)."""
 

@@ -60,6 +60,16 @@ def test_warm_start_on_and_off():
     assert configured("--warmstart", "imitation").imitation == quick.imitation
 
 
+def test_a_warm_start_keeps_its_share_of_a_shorter_run(tmp_path):
+    quick = load_train_config("quickstart")
+    half = configured("--steps", str(quick.total_steps // 2))
+    assert half.imitation == replace(quick.imitation, steps=quick.imitation.steps // 2)
+    assert configured("--steps", "1000", "imitation.steps=900").imitation.steps == 900
+    (tmp_path / "config.toml").write_text(to_toml(half))
+    longer = configured("--run", str(tmp_path), "--resume", "--steps", "9000000")
+    assert (longer.total_steps, longer.imitation) == (9_000_000, half.imitation)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
