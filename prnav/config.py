@@ -39,8 +39,9 @@ def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"config {path}: not valid TOML: {error}") from error
+    overrides = list(overrides)
     apply_overrides(values, overrides)
-    return from_mapping(cls, values, str(path))
+    return from_mapping(cls, values, f"{path} with {', '.join(overrides)}" if overrides else str(path))
 
 
 def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
