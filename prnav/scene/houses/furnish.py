@@ -32,11 +32,14 @@ class Furnisher:
 
     def pen(self, frame: Frame) -> Pen:
         """A pen for a piece whose frame stands on the floor."""
-        return self.builder.pen(self.room.index, frame._replace(y=frame.y + self.storey.level))
+        return self.builder.pen(self.storey.light(self.room), frame._replace(y=frame.y + self.storey.level))
 
     def furnish(self) -> None:
         """Furnish the room."""
         self._door_leaves()
+        if self.room.kind == "stairs":
+            self._stairs()
+            return
         {
             "living": self._living, "kitchen": self._kitchen, "dining": self._dining, "bedroom": self._bedroom,
             "bath": self._bath, "study": self._study, "hall": self._hall, "storage": self._storage,
@@ -46,6 +49,15 @@ class Furnisher:
             x, z, h = (inner.x0 + inner.x1) // 2, (inner.z0 + inner.z1) // 2, self.storey.height
             pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
             self._lamp(x, h - 150, z)
+
+    def _stairs(self) -> None:
+        """Nothing stands on the way; a lamp over the way in below, and one over the flights above."""
+        stairs, inner = self.storey.stairs_up or self.storey.stairs_down, self.room.inner
+        assert stairs is not None
+        place = stairs.entry_zone(inner) if self.storey.stairs_up is not None else inner
+        x, z, h = (place.x0 + place.x1) // 2, (place.z0 + place.z1) // 2, self.storey.height
+        pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
+        self._lamp(x, h - 150, z)
 
     def _door_leaves(self) -> None:
         """Doors that open into this room stand open: along the wall, or across where a corner is near."""

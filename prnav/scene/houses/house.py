@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from prnav.scene.atlas import TextureAtlas
@@ -11,7 +13,8 @@ from prnav.scene.houses.furnish import furnish_room
 from prnav.scene.houses.light import Lamp, RoomLight, bake
 from prnav.scene.houses.occupancy import CELL
 from prnav.scene.houses.placement import RoomSpace
-from prnav.scene.houses.plan import Room, Storey, make_plan
+from prnav.scene.houses.plan import Room, Storey
+from prnav.scene.houses.planner import make_plan
 from prnav.scene.houses.rng import Rng
 from prnav.scene.houses.shapes import SIDES
 from prnav.scene.houses.shell import build_shell
@@ -30,17 +33,26 @@ def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | N
     storeys = make_plan(rng.fork("plan"), config)
     builder = Builder()
     home = home_style(rng.fork("style"))
-    lights = []
+    lights: list[RoomLight] = []
     for storey in storeys:
-        styles = [room_style(rng.fork(f"room {room.index}"), room.kind, rng.fork("floor")) for room in storey.rooms]
+        floor = rng.fork("floor")
+        styles = [
+            room_style(rng.fork(f"room {storey.first_light + room.index}"), room.kind, floor.fork(f"level {storey.level}"))
+            for room in storey.rooms
+        ]
         build_shell(builder, storey, home, styles)
         for room, style in zip(storey.rooms, styles, strict=True):
-            chance = rng.fork(f"furniture {room.index}")
+            chance = rng.fork(f"furniture {storey.first_light + room.index}")
             space = RoomSpace(room, storey, chance.fork("places"))
             lamps = furnish_room(builder, storey, space, home, style, chance) if config.furniture else []
             cover = space.floor.cover()
             lamps = [*lamps, *_window_light(storey, room)]
-            lights.append(RoomLight(room.inner, storey.level, storey.height, tuple(lamps), cover, CELL))
+            light = RoomLight(room.inner, storey.level, storey.height, tuple(lamps), cover, CELL)
+            lights.append(light)
+            if storey.light(room) < storey.first_light:  # the stair room goes up to this storey's ceiling
+                below = lights[storey.light(room)]
+                joined = replace(below, height=storey.level + storey.height, lamps=below.lamps + light.lamps)
+                lights[storey.light(room)] = joined
     geometry = builder.finish()
     images = [draw_texture(texture, seed) for texture in geometry.textures[1:]]
     return SceneMesh(
