@@ -67,7 +67,7 @@ def _spine(pen: Pen, stairs: Stairs, start: int, x: int, home: HomeStyle) -> Non
         top = (count + k) * riser + 60
         for offset in (tread // 4, tread * 3 // 4):
             middle = x + SPINE // 2
-            rail = (count + k) * riser + RAIL - 60 - (offset - tread // 2) * riser // tread
+            rail = (count + k) * riser + RAIL - 150 - (offset - tread // 2) * riser // tread
             at = z + offset
             pen.box(middle - 12, top, at - 12, middle + 12, rail, at + 12, home.trim, skip="TU")
     low, high = count * riser + RAIL, (2 * count - 1) * riser + RAIL

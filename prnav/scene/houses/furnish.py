@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from prnav.scene.houses import pieces, pieces_wet
+from prnav.scene.houses import door_leaves, pieces, pieces_wet
 from prnav.scene.houses.builder import Builder, Pen
 from prnav.scene.houses.light import Lamp
 from prnav.scene.houses.placement import RoomSpace, Spot
@@ -60,7 +60,7 @@ class Furnisher:
         self._lamp(x, h - 150, z)
 
     def _door_leaves(self) -> None:
-        """Doors that open into this room stand open: along the wall, or across where a corner is near."""
+        """Doors that open into this room stand half open, or open: along the wall, or across where a corner is near."""
         for opening, side, low, high in self.space.doors_inwards():
             width, length = high - low, self.room.inner.length(side)
             at_low = low < length - high
@@ -72,8 +72,14 @@ class Furnisher:
             else:
                 x0, x1, z0, z1 = (hinge - 40, hinge, 20, 20 + width) if at_low else (hinge, hinge + 40, 20, 20 + width)
             frame = self.room.inner.frame(side)
-            body = frame.rect(x0, z0, x1, z1)
             floor = self.space.floor
+            if opening.leaf == "half":
+                floor.keep(frame.rect(low - 50, 0, high + 50, 1250))
+                angle = self.rng.choice(((574, 819), (500, 866), (423, 906)))
+                leaf = self.pen(frame.at(low + 5 if at_low else high - 5, 0, 5))
+                door_leaves.turned(leaf, width - 10, opening.top - 15, angle, at_low, self.home)
+                continue
+            body = frame.rect(x0, z0, x1, z1)
             if corner < 60 or floor.mask(body) & floor.taken or not floor.is_walkable(floor.taken | floor.mask(body)):
                 continue
             if flat and not self.space.wall_is_free(side, min(x0, hinge - 90), x1 - 90 if at_low else x1, 0, 2000):
@@ -81,7 +87,7 @@ class Furnisher:
             floor.take(body)
             if flat:
                 self.space.hang(side, x0, x1, 0, opening.top)
-            pieces.door_leaf(self.pen(frame), (x0, z0, x1, z1), opening.top - 15, at_low, self.home)
+            door_leaves.flat(self.pen(frame), (x0, z0, x1, z1), opening.top - 15, at_low, self.home)
 
     def _lamp(self, x: int, y: int, z: int, strength: float = _LAMP) -> None:
         self.lamps.append(Lamp((x, y + self.storey.level, z), None, strength))

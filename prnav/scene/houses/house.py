@@ -37,7 +37,7 @@ def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | N
     for storey in storeys:
         floor = rng.fork("floor")
         styles = [
-            room_style(rng.fork(f"room {storey.first_light + room.index}"), room.kind, floor.fork(f"level {storey.level}"))
+            room_style(rng.fork(_name(storey, room)), room.kind, floor.fork(f"level {storey.level}"))
             for room in storey.rooms
         ]
         build_shell(builder, storey, home, styles)
@@ -64,6 +64,11 @@ def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | N
         face_texture=geometry.face_texture,
         atlas=TextureAtlas.from_images(images),
     )
+
+
+def _name(storey: Storey, room: Room) -> str:
+    """What a room's materials are drawn by: the stair room has the same on both storeys."""
+    return "stairs" if room.kind == "stairs" else f"room {storey.first_light + room.index}"
 
 
 def _window_light(storey: Storey, room: Room) -> list[Lamp]:

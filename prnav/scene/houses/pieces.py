@@ -26,22 +26,6 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
     )
 
 
-def door_leaf(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, home: HomeStyle) -> None:
-    """An open door; ``plan`` is its x0, z0, x1, z1 in the wall's frame, hinged at its end next to the opening."""
-    x0, z0, x1, z1 = plan
-    leaf = home.door
-    if x1 - x0 > z1 - z0:  # flat against the wall
-        pen.box(x0, 10, z0, x1, h, z1, leaf)
-        far = x0 + 60 if at_low else x1 - 80
-        pen.box(far, 1000, z1, far + 20, 1020, z1 + 45, METAL, skip="B")
-        pen.box(far, 1000, z1 + 25, far + (110 if at_low else 20), 1020, z1 + 45, METAL)
-        return
-    pen.box(x0, 10, z0, x1, h, z1, leaf)
-    pen.box(x0 - 45, 1000, z1 - 80, x1 + 45, 1020, z1 - 60, METAL)
-    for x in (x0 - 45, x1 + 25):
-        pen.box(x, 1000, z1 - 170, x + 20, 1020, z1 - 80, METAL)
-
-
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
     """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
 

@@ -51,17 +51,17 @@ class RoomSpace:
         self.floor = Occupancy(inner, doorways)
 
     def doors_inwards(self) -> list[tuple[Opening, int, int, int]]:
-        """Doors whose leaf opens into this room (from a hall into the room, else into the later one)."""
+        """Doors whose leaf stands open into this room (from a hall into the room, else into the later one)."""
         found = []
         for side in SIDES:
             for opening, low, high in self.storey.openings_of(self.room, side):
-                if opening.kind != "door":
+                if opening.leaf not in ("open", "half"):
                     continue
                 kinds = [self.storey.rooms[index].kind for index in opening.rooms]
                 inwards = max(opening.rooms)
                 if kinds.count("hall") == 1:
                     inwards = opening.rooms[1 - kinds.index("hall")]
-                if inwards == self.room.index and (opening.line + opening.low) // 50 % 4:  # one in four has no leaf
+                if inwards == self.room.index:
                     found.append((opening, side, low, high))
         return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from prnav.scene.houses import door_leaves
 from prnav.scene.houses.builder import Builder, Material, Pen
 from prnav.scene.houses.flight import build_stairs
 from prnav.scene.houses.openings import outer_walls
@@ -144,6 +145,8 @@ def _passage(builder: Builder, storey: Storey, opening: Opening, home: HomeStyle
     _reveal(pen, low, high, 0, opening.top, 2 * half, jamb)
     floors = (rooms[low_room.index].floor, rooms[high_room.index].floor)
     same = floors[0] == floors[1]
+    if opening.leaf == "closed":
+        door_leaves.closed(pen.at(low, 0, 20 - half), high - low, opening.top, home)
     pen.slab(low, -2 * half, high, 0, 0, floors[0] if same else home.dark_wood)
 
 
