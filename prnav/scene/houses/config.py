@@ -26,8 +26,8 @@ class HouseConfig:
         furniture: whether rooms are furnished.
     """
 
-    min_area: int = 80
-    max_area: int = 450
+    min_area: int = 84
+    max_area: int = 430
     storeys: int = 0
     furniture: bool = True
 

@@ -35,7 +35,8 @@ def two_storeys(rng: Rng, area: int, thickness: int) -> tuple[Cells, Cells, Stai
     """Cells of the ground floor and of the upper one (the stairs are the first of each), the stairs, and the height of
     the ground floor's rooms.
     """
-    steps, riser, slab = rng.choice(((8, 175, 300), (8, 180, 280), (9, 160, 280), (9, 165, 270)))
+    # storeys are a multiple of 0.2 m apart: a navmesh's voxels lie alike on both
+    steps, riser, slab = rng.choice(((8, 175, 300), (8, 175, 250), (10, 150, 300), (10, 150, 260)))
     tread, landing = rng.between(250, 280, 10), rng.between(950, 1050, GRID)
     width = rng.between(2050, 2450, GRID) + thickness
     length = _up(_ENTRY + (steps - 1) * tread + landing + thickness)

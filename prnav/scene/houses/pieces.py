@@ -29,10 +29,10 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
     """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
 
-    Pillows, cushions and quilt stand 0.2 m above the cover: on a wide bed no large level surface is left, which a
-    navmesh would take for floor.
+    Pillows, cushions and quilt stand two of a navmesh's steps of 0.2 m above the cover, which itself is one level of
+    them: no large level surface is left that a navmesh would take for floor.
     """
-    head, top = rng.between(950, 1250, 50), 590
+    head, top = rng.between(950, 1250, 50), 565
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
     pen.box(0, 80, 60, w, 340, d, home.wood)
     for x in (30, w - 110):
@@ -52,10 +52,10 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
     if w > 1450 or rng.chance(50):
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
-    if w >= 1300 or rng.chance(40):
+    if w >= 900:
         z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
         pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="UT")
-        pen.box(40, top + 115, z, w - 40, top + 225, z + 380, tone.tinted(92), skip="U")
+        pen.box(40, top + 115, z, w - 40, top + 260, z + 380, tone.tinted(92), skip="U")
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -174,7 +174,7 @@ def sofa(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -
     for k in range(count):
         if rng.chance(65):
             tone = home.fabric if rng.chance(70) else WHITE
-            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 360, 110, tone)
+            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 410, 110, tone)
 
 
 def coffee_table(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
