@@ -53,9 +53,11 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
     if w >= 900:
-        z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
-        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="UT")
-        pen.box(40, top + 115, z, w - 40, top + 260, z + 380, tone.tinted(92), skip="U")
+        z, tone = d - rng.between(500, 620, 10), rng.choice((home.fabric, WHITE, room.accent)).tinted(108)
+        for k in range(3):  # folded, layer on layer
+            inset, percent = 40 + 18 * (k % 2), (100, 90, 96)[k]
+            layer = tone.tinted(percent)
+            pen.box(inset, top + 87 * k, z + inset // 4, w - inset, top + 87 * (k + 1), z + 330 - inset // 4, layer, skip="U")
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:

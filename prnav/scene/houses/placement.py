@@ -65,6 +65,10 @@ class RoomSpace:
                     found.append((opening, side, low, high))
         return found
 
+    def windows(self, side: int) -> list[tuple[Opening, int, int]]:
+        """Windows in a wall with their intervals."""
+        return [item for item in self.storey.openings_of(self.room, side) if item[0].kind == "window"]
+
     def wall_is_free(self, side: int, low: int, high: int, bottom: int, top: int) -> bool:
         """Whether a part of a wall has no opening, furniture or picture before it."""
         return all(high <= a or b <= low or top <= c or d <= bottom for a, b, c, d in self.walls[side])
@@ -96,7 +100,7 @@ class RoomSpace:
             last = length - WALL_GAP - w
             if last < WALL_GAP:
                 continue
-            windows = [(a, b) for o, a, b in self.storey.openings_of(self.room, side) if o.kind == "window"]
+            windows = [(a, b) for _, a, b in self.windows(side)]
             for start in sorted({*range(WALL_GAP, last, _STEP), last}):
                 if not self.wall_is_free(side, start - margin, start + w + margin, 0, h):
                     continue

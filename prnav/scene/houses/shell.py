@@ -8,7 +8,7 @@ from prnav.scene.houses.flight import build_stairs
 from prnav.scene.houses.openings import outer_walls
 from prnav.scene.houses.plan import FRAME_WIDTH, Opening, Room, Storey
 from prnav.scene.houses.shapes import SIDES, Frame, Rect
-from prnav.scene.houses.style import METAL, HomeStyle, RoomStyle
+from prnav.scene.houses.style import METAL, WHITE, HomeStyle, RoomStyle
 
 FLOOR_STEP = 400
 WALL_STEP = 650
@@ -72,7 +72,11 @@ def _wall(pen: Pen, length: int, storey: Storey, room: Room, side: int, style: R
     if style.panel is not None and style.skirting:
         for x0, x1 in _gaps(length, [(low, high) for o, low, high in holes if o.bottom < style.panel_height]):
             pen.box(x0, style.panel_height - 20, 0, x1, style.panel_height + 20, 18, home.trim, skip="BLR")
+    if home.cornice and room.kind != "stairs":
+        _cornice(pen, length, storey.height, home.ceiling)
     for opening, low, high in holes:
+        if opening.kind == "door" and high + 260 < length:
+            pen.box(high + 150, 1050, 0, high + 230, 1130, 10, WHITE, skip="B")  # a light switch
         if opening.kind == "window":
             _window(pen, opening, low, high, home)
         elif opening.kind == "entrance":
@@ -89,6 +93,14 @@ def _skirting(pen: Pen, x0: int, x1: int, material: Material) -> None:
     height, depth = SKIRTING
     pen.panel(x0, 0, x1, height, depth, material)
     pen.slab(x0, 0, x1, depth, height, material)
+
+
+def _cornice(pen: Pen, length: int, top: int, material: Material) -> None:
+    """A moulding where the wall meets the ceiling."""
+    size = 85
+    corners = [(0, top - size, 6), (length, top - size, 6), (length, top, size), (0, top, size)]
+    pen.quad(corners, material, (length, size), cuts=(max(1, length // 900), 1))
+    pen.slab(0, 0, length, 6, top - size, material, up=False)
 
 
 def _casing(pen: Pen, opening: Opening, low: int, high: int, home: HomeStyle) -> None:
