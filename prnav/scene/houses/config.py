@@ -26,8 +26,8 @@ class HouseConfig:
         furniture: whether rooms are furnished.
     """
 
-    min_area: int = 84
-    max_area: int = 430
+    min_area: int = 88
+    max_area: int = 480
     storeys: int = 0
     furniture: bool = True
 

@@ -49,8 +49,14 @@ def build_stairs(builder: Builder, storey: Storey, room: Room, home: HomeStyle, 
     door.panel(-half, 0, half, 1800, 17, home.door)
     edge = storey.height
     pen.panel(up, edge, up + flight + SPINE, stairs.rise, start, home.trim, step=700)
-    _gallery(pen, up - (SPINE if stairs.mirrored else 0), up + flight + (0 if stairs.mirrored else SPINE), stairs.rise,
-             start - 50, home)
+    _gallery(
+        pen,
+        up - (SPINE if stairs.mirrored else 0),
+        up + flight + (0 if stairs.mirrored else SPINE),
+        stairs.rise,
+        start - 50,
+        home,
+    )
     # the walls go on between the ceiling below and the floor above
     for x, turns, length in ((0, 3, depth - start), (width, 1, depth - start), (width, 2, width)):
         z = depth if turns == 3 else start if turns == 1 else depth

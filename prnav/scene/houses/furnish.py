@@ -154,7 +154,9 @@ class Furnisher:
     def middle_rug(self, w: int, d: int) -> None:
         """A rug in the middle of the room, its longer side along the room's."""
         w, d = (w, d) if self.inner.width >= self.inner.depth else (d, w)
-        self.rug((self.inner.width - w) // 2, (self.inner.depth - d) // 2, Frame(self.inner.x0, 0, self.inner.z0, 0), w, d)
+        self.rug(
+            (self.inner.width - w) // 2, (self.inner.depth - d) // 2, Frame(self.inner.x0, 0, self.inner.z0, 0), w, d
+        )
 
     def _curtains(self) -> None:
         """Curtains at the windows of rooms where people sit and sleep, all of one cloth and length."""
@@ -191,13 +193,16 @@ class Furnisher:
                     self.lamp(x, h - 150, z)
 
     def _stairs(self) -> None:
-        """Nothing stands on the way; a lamp over the way in below, and one over the flights above."""
+        """Nothing stands on the way; a lamp over the way in below, one over the flights above, pictures beside these."""
         stairs, inner = self.storey.stairs_up or self.storey.stairs_down, self.inner
         assert stairs is not None
         place = stairs.entry_zone(inner) if self.storey.stairs_up is not None else inner
         x, z, h = (place.x0 + place.x1) // 2, (place.z0 + place.z1) // 2, self.storey.height
         pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
         self.lamp(x, h - 150, z)
+        if self.storey.stairs_down is not None:
+            self.pictures(self.rng.between(3, 5))
+            self.wall_lamps(self.rng.between(0, 2))
 
     def _door_leaves(self) -> None:
         """Doors that open into this room stand half open, or open: along the wall, or across where a corner is near."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,14 +23,64 @@ from prnav.scene.houses.textures import draw_texture
 from prnav.scene.mesh import SceneMesh
 
 
+@dataclass(frozen=True)
+class HouseFacts:
+    """What the plan of a home says about it.
+
+    Attributes:
+        storeys: 1 or 2.
+        rooms: number of rooms, the stair room not counted.
+        floor_area: inside the outer walls, all storeys together [m2].
+        closed_doors: the kinds of the rooms on both sides, by door.
+        shut_off: kinds of the rooms that no open door leads to.
+    """
+
+    storeys: int
+    rooms: int
+    floor_area: float
+    closed_doors: tuple[tuple[str, str], ...]
+    shut_off: tuple[str, ...]
+
+
+def plan_house(seed: int, config: HouseConfig = HouseConfig()) -> tuple[Storey, ...]:  # noqa: B008
+    """The plan of a home, storey by storey from the ground up."""
+    return make_plan(Rng(seed).fork("plan"), config)
+
+
+def describe_house(seed: int, config: HouseConfig = HouseConfig()) -> HouseFacts:  # noqa: B008
+    """Facts about a home, from its plan alone."""
+    storeys = plan_house(seed, config)
+    rooms = [room for storey in storeys for room in storey.rooms]
+    closed: list[tuple[str, str]] = []
+    shut: list[str] = []
+    for storey in storeys:
+        for opening in storey.openings:
+            if opening.leaf == "closed":
+                first, second = (storey.rooms[index].kind for index in opening.rooms)
+                closed.append((first, second))
+        reached, edge = {0}, [0]
+        while edge:
+            here = edge.pop()
+            for opening in storey.openings:
+                if here in opening.rooms and min(opening.rooms) >= 0 and opening.leaf != "closed":
+                    other = sum(opening.rooms) - here
+                    edge += [other] if other not in reached else []
+                    reached.add(other)
+        assert 2 * len(reached) > len(storey.rooms), "room 0 is not shut off"
+        shut += [room.kind for room in storey.rooms if room.index not in reached]
+    area = sum(room.cell.area for room in rooms) // 10_000 / 100
+    count = sum(room.kind != "stairs" for room in rooms)
+    return HouseFacts(len(storeys), count, area, tuple(closed), tuple(shut))
+
+
 def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | None = None) -> SceneMesh:  # noqa: B008
     """A furnished home, the same bytes for the same seed and config on every machine.
 
-    The floor is at y = 0, the ceiling's upper side and furniture near it leave no walkable surface outside the rooms.
-    Every room can be reached from every other by a body of radius 0.1 m.
+    The ground floor is at y = 0; ceilings and the outside leave no walkable surface outside the rooms. A body of radius
+    0.1 m can reach every room from every other, except those that :func:`describe_house` says are shut off.
     """
     rng = Rng(seed)
-    storeys = make_plan(rng.fork("plan"), config)
+    storeys = plan_house(seed, config)
     builder = Builder()
     home = home_style(rng.fork("style"))
     lights: list[RoomLight] = []

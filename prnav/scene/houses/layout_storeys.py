@@ -135,8 +135,6 @@ def _place(rng: Rng, storeys: tuple[Cells, Cells]) -> tuple[tuple[Cells, Cells],
     every = [cell for cells in moved for _, cell in cells]
     x = snap((min(c.x0 for c in every) + max(c.x1 for c in every)) // 2)
     z = snap((min(c.z0 for c in every) + max(c.z1 for c in every)) // 2)
-    ground, upper = (
-        [(kind, Rect(c.x0 - x, c.z0 - z, c.x1 - x, c.z1 - z)) for kind, c in cells] for cells in moved
-    )
+    ground, upper = ([(kind, Rect(c.x0 - x, c.z0 - z, c.x1 - x, c.z1 - z)) for kind, c in cells] for cells in moved)
     entry = (1 if flip_z else 3) if swap else (2 if flip_z else 0)
     return (ground, upper), entry

@@ -73,16 +73,19 @@ def doors(rng: Rng, rooms: tuple[Room, ...], home_area: int) -> list[Opening]:
         joined = group[a.index] != group[b.index]
         private = "bath" in (a.kind, b.kind) or "storage" in (a.kind, b.kind)
         loop = rng.chance(55 if cost < 30 else 15 if cost < 50 else 0)
-        if not joined and (private or not loop or "stairs" in (a.kind, b.kind)):
+        locked = rng.chance(12)  # a second way that is always closed
+        if not joined and ("stairs" in (a.kind, b.kind) or ((private or not loop) and not locked)):
             continue
         group = [group[a.index] if g == group[b.index] else g for g in group]
-        found.append(_door(rng, a, b, wall))
+        locked = not joined and (private or not loop)
+        door = _door(rng, a, b, wall, locked)
+        found.append(replace(door, leaf="closed") if locked else door)
         loops.append(not joined)
     assert len(set(group)) == 1, "every room touches another"
     leaf = rng.fork("leaves")
     shut = False
     for k, door in enumerate(found):
-        if door.kind != "door":
+        if door.kind != "door" or door.leaf:
             continue
         state = leaf.weighted((("open", 50), ("half", 25), ("", 10), ("closed", 15)))
         if loops[k] and leaf.chance(25):
@@ -101,7 +104,7 @@ def doors(rng: Rng, rooms: tuple[Room, ...], home_area: int) -> list[Opening]:
     return found
 
 
-def _door(rng: Rng, a: Room, b: Room, wall: Wall) -> Opening:
+def _door(rng: Rng, a: Room, b: Room, wall: Wall, leaf: bool = False) -> Opening:
     axis, line, low, high, a_first = wall
     low, high = low + 200, high - 200  # half a wall, a frame and a hand
     space = high - low
@@ -109,7 +112,7 @@ def _door(rng: Rng, a: Room, b: Room, wall: Wall) -> Opening:
     kind, width = "door", 0
     if "stairs" in (a.kind, b.kind):
         kind, width = "wide", rng.between(min(space, 1300), min(space, 1900), GRID)
-    elif space >= 1600 and {a.kind, b.kind} <= open_kinds and rng.chance(40):
+    elif not leaf and space >= 1600 and {a.kind, b.kind} <= open_kinds and rng.chance(40):
         kind, width = "wide", rng.between(1300, min(space, 2400), GRID)
     else:
         width = rng.between(800, min(space, 1000), GRID)

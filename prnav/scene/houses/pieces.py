@@ -53,11 +53,20 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
     if w >= 900:
-        z, tone = d - rng.between(500, 620, 10), rng.choice((home.fabric, WHITE, room.accent)).tinted(108)
+        z, tone = d - rng.between(660, 720, 10), rng.choice((home.fabric, WHITE, room.accent)).tinted(108)
         for k in range(3):  # folded, layer on layer
             inset, percent = 40 + 18 * (k % 2), (100, 90, 96)[k]
             layer = tone.tinted(percent)
-            pen.box(inset, top + 87 * k, z + inset // 4, w - inset, top + 87 * (k + 1), z + 330 - inset // 4, layer, skip="U")
+            pen.box(
+                inset,
+                top + 87 * k,
+                z + inset // 4,
+                w - inset,
+                top + 87 * (k + 1),
+                z + 330 - inset // 4,
+                layer,
+                skip="U",
+            )
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -105,7 +114,7 @@ def wardrobe(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyl
             h - 20,
             d,
             front,
-            front=Material("screen", (255, 255, 255), 0) if k == mirror else None,
+            front=Material("mirror", (255, 255, 255), 0) if k == mirror else None,
             skip="B",
         )
         handle = x1 - 60 if k % 2 == 0 else x0 + 40

@@ -100,7 +100,6 @@ class Stairs:
         return inner.frame(self.entry).rect(0, 0, inner.length(self.entry), self.start(inner))
 
 
-
 @dataclass(frozen=True)
 class Storey:
     """One storey.

@@ -15,7 +15,7 @@ TWO_STOREYS_FROM = 120
 """Smallest floor area of a home on two storeys [m2]."""
 ONE_STOREY_UP_TO = 190
 """Largest floor area of a home on one storey [m2]."""
-_QUANTILES = ((0, 0), (400, 80), (700, 200), (900, 460), (1000, 1000))
+_QUANTILES = ((0, 0), (400, 60), (700, 150), (900, 370), (1000, 1000))
 
 
 def make_plan(rng: Rng, config: HouseConfig) -> tuple[Storey, ...]:
