@@ -123,7 +123,7 @@ def _info(arguments: argparse.Namespace) -> None:
 
 def _info_plan(name: str) -> None:
     """What the plan of a built-in home says; nothing about files."""
-    from prnav.scene.houses import describe_house
+    from prnav.scene.houses import count_furniture, describe_house
     from prnav.scene.houses.manifest import house_ids
 
     if name not in house_ids():
@@ -131,7 +131,9 @@ def _info_plan(name: str) -> None:
     facts = describe_house(house_ids()[name])
     print(f"storeys    {facts.storeys}")
     print(f"rooms      {facts.rooms} on {facts.floor_area:.1f} m2 inside the outer walls")
-    print(f"closed     {', '.join(f'{a} to {b}' for a, b in facts.closed_doors) or 'no door'}")
+    furniture = count_furniture(house_ids()[name])
+    print(f"furniture  {sum(furniture.values())} pieces of {len(furniture)} kinds")
+    print(f"doors shut {', '.join(f'{a} to {b}' for a, b in facts.closed_doors) or 'none'}")
     print(f"shut off   {', '.join(facts.shut_off) or 'no room'}")
 
 

@@ -9,7 +9,10 @@ _THICK = 40
 
 
 def flat(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, home: HomeStyle) -> None:
-    """A door that stands open along a wall or across it; ``plan`` is its x0, z0, x1, z1 in the wall's frame, hinged at its end next to the opening."""
+    """A door that stands open along a wall or across it.
+
+    ``plan`` is its x0, z0, x1, z1 in the wall's frame; it is hinged at its end next to the opening.
+    """
     x0, z0, x1, z1 = plan
     leaf = home.door
     if x1 - x0 > z1 - z0:  # flat against the wall

@@ -193,7 +193,7 @@ class Furnisher:
                     self.lamp(x, h - 150, z)
 
     def _stairs(self) -> None:
-        """Nothing stands on the way; a lamp over the way in below, one over the flights above, pictures beside these."""
+        """Nothing stands on the way: a lamp over the way in below, a lamp and pictures over the flights above."""
         stairs, inner = self.storey.stairs_up or self.storey.stairs_down, self.inner
         assert stairs is not None
         place = stairs.entry_zone(inner) if self.storey.stairs_up is not None else inner

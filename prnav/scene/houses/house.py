@@ -79,6 +79,27 @@ def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | N
     The ground floor is at y = 0; ceilings and the outside leave no walkable surface outside the rooms. A body of radius
     0.1 m can reach every room from every other, except those that :func:`describe_house` says are shut off.
     """
+    builder, lights = _draw(seed, config)
+    geometry = builder.finish()
+    images = [draw_texture(texture, seed) for texture in geometry.textures[1:]]
+    return SceneMesh(
+        name=name or f"house-{seed}",
+        vertices=(geometry.positions / 1000.0).astype(np.float32),
+        uvs=geometry.uvs.astype(np.float32),
+        colors=bake(geometry, lights),
+        faces=geometry.faces,
+        face_texture=geometry.face_texture,
+        atlas=TextureAtlas.from_images(images),
+    )
+
+
+def count_furniture(seed: int, config: HouseConfig = HouseConfig()) -> dict[str, int]:  # noqa: B008
+    """Number of pieces of furniture in a home by kind; what hangs on walls and lies on tables is not counted."""
+    return dict(sorted(_draw(seed, config)[0].placed.items()))
+
+
+def _draw(seed: int, config: HouseConfig) -> tuple[Builder, list[RoomLight]]:
+    """All surfaces of a home, and its light."""
     rng = Rng(seed)
     storeys = plan_house(seed, config)
     builder = Builder()
@@ -103,17 +124,7 @@ def generate_house(seed: int, config: HouseConfig = HouseConfig(), name: str | N
                 below = lights[storey.light(room)]
                 joined = replace(below, height=storey.level + storey.height, lamps=below.lamps + light.lamps)
                 lights[storey.light(room)] = joined
-    geometry = builder.finish()
-    images = [draw_texture(texture, seed) for texture in geometry.textures[1:]]
-    return SceneMesh(
-        name=name or f"house-{seed}",
-        vertices=(geometry.positions / 1000.0).astype(np.float32),
-        uvs=geometry.uvs.astype(np.float32),
-        colors=bake(geometry, lights),
-        faces=geometry.faces,
-        face_texture=geometry.face_texture,
-        atlas=TextureAtlas.from_images(images),
-    )
+    return builder, lights
 
 
 def _name(storey: Storey, room: Room) -> str:

@@ -32,8 +32,9 @@ class _Scheme:
 
 
 def two_storeys(rng: Rng, area: int, thickness: int) -> tuple[Cells, Cells, Stairs, int]:
-    """Cells of the ground floor and of the upper one (the stairs are the first of each), the stairs, and the height of
-    the ground floor's rooms.
+    """Cells of the ground floor and of the upper one, the stairs, and the height of the rooms.
+
+    The stair room is the first cell of each storey.
     """
     # storeys are a multiple of 0.2 m apart: a navmesh's voxels lie alike on both
     steps, riser, slab = rng.choice(((8, 175, 300), (8, 175, 250), (10, 150, 300), (10, 150, 260)))
