@@ -4,6 +4,13 @@ from prnav.scene.houses.config import SPLIT_SIZES, VERSION, HouseConfig, split_s
 from prnav.scene.houses.house import HouseFacts, count_furniture, describe_house, generate_house, plan_house
 
 __all__ = [
-    "SPLIT_SIZES", "VERSION", "HouseConfig", "HouseFacts", "count_furniture", "describe_house", "generate_house", "plan_house",
+    "SPLIT_SIZES",
+    "VERSION",
+    "HouseConfig",
+    "HouseFacts",
+    "count_furniture",
+    "describe_house",
+    "generate_house",
+    "plan_house",
     "split_seed",
-]  # fmt: skip
+]
