@@ -19,7 +19,7 @@ from prnav.resources import resource
 from prnav.scene import SceneMesh, load_scene, scene_ids
 from prnav.version import __version__
 
-BUILTIN_NAME = "prhouses-v0"
+BUILTIN_NAME = "prhouses-v1"
 BUILTIN_SEED = 20240
 SHIPPED_PER_SCENE = 56  #: as in Matterport3D's test split, 18 x 56 = 1,008 episodes
 SHIPPED_SPLITS = ("val", "test")

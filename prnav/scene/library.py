@@ -59,6 +59,13 @@ def scene_ids(split: str) -> list[str]:
     return [f"{_BUILT_IN}{split}/{index:02d}" for index in range(SPLIT_SIZES[split])]
 
 
+def targetnav_scene_ids() -> list[str]:
+    """Ids of the ten training homes that TargetNav trains in; they are drawn with a fixed seed."""
+    from prnav.scene.houses.manifest import targetnav_ids
+
+    return targetnav_ids()
+
+
 def resolve_scene(
     scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = ()
 ) -> str | Path:

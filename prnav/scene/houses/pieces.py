@@ -26,29 +26,13 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
     )
 
 
-def door_leaf(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, home: HomeStyle) -> None:
-    """An open door; ``plan`` is its x0, z0, x1, z1 in the wall's frame, hinged at its end next to the opening."""
-    x0, z0, x1, z1 = plan
-    leaf = home.door
-    if x1 - x0 > z1 - z0:  # flat against the wall
-        pen.box(x0, 10, z0, x1, h, z1, leaf)
-        far = x0 + 60 if at_low else x1 - 80
-        pen.box(far, 1000, z1, far + 20, 1020, z1 + 45, METAL, skip="B")
-        pen.box(far, 1000, z1 + 25, far + (110 if at_low else 20), 1020, z1 + 45, METAL)
-        return
-    pen.box(x0, 10, z0, x1, h, z1, leaf)
-    pen.box(x0 - 45, 1000, z1 - 80, x1 + 45, 1020, z1 - 60, METAL)
-    for x in (x0 - 45, x1 + 25):
-        pen.box(x, 1000, z1 - 170, x + 20, 1020, z1 - 80, METAL)
-
-
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
     """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
 
-    Pillows, cushions and quilt stand 0.2 m above the cover: on a wide bed no large level surface is left, which a
-    navmesh would take for floor.
+    Pillows, cushions and quilt stand two of a navmesh's steps of 0.2 m above the cover, which itself is one level of
+    them: no large level surface is left that a navmesh would take for floor.
     """
-    head, top = rng.between(950, 1250, 50), 590
+    head, top = rng.between(950, 1250, 50), 565
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
     pen.box(0, 80, 60, w, 340, d, home.wood)
     for x in (30, w - 110):
@@ -68,10 +52,21 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
     if w > 1450 or rng.chance(50):
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
-    if w >= 1300 or rng.chance(40):
-        z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
-        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="UT")
-        pen.box(40, top + 115, z, w - 40, top + 225, z + 380, tone.tinted(92), skip="U")
+    if w >= 900:
+        z, tone = d - rng.between(660, 720, 10), rng.choice((home.fabric, WHITE, room.accent)).tinted(108)
+        for k in range(3):  # folded, layer on layer
+            inset, percent = 40 + 18 * (k % 2), (100, 90, 96)[k]
+            layer = tone.tinted(percent)
+            pen.box(
+                inset,
+                top + 87 * k,
+                z + inset // 4,
+                w - inset,
+                top + 87 * (k + 1),
+                z + 330 - inset // 4,
+                layer,
+                skip="U",
+            )
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -119,7 +114,7 @@ def wardrobe(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyl
             h - 20,
             d,
             front,
-            front=Material("screen", (255, 255, 255), 0) if k == mirror else None,
+            front=Material("mirror", (255, 255, 255), 0) if k == mirror else None,
             skip="B",
         )
         handle = x1 - 60 if k % 2 == 0 else x0 + 40
@@ -190,7 +185,7 @@ def sofa(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -
     for k in range(count):
         if rng.chance(65):
             tone = home.fabric if rng.chance(70) else WHITE
-            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 360, 110, tone)
+            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 410, 110, tone)
 
 
 def coffee_table(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
