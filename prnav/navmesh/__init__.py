@@ -5,9 +5,9 @@ query arrays), :mod:`.locate`, :mod:`.step`, :mod:`.geodesic` (the compiled quer
 """
 
 from prnav.navmesh.goal_fields import GoalFields
-from prnav.navmesh.navmesh import Island, NavMesh, load_navmesh
+from prnav.navmesh.navmesh import FloorPoints, Island, NavMesh, load_navmesh
 from prnav.navmesh.navmesh_set import NavMeshSet
 from prnav.navmesh.polymesh import PolyMesh
 from prnav.navmesh.settings import NavMeshSettings
 
-__all__ = ["GoalFields", "Island", "NavMesh", "NavMeshSet", "NavMeshSettings", "PolyMesh", "load_navmesh"]
+__all__ = ["FloorPoints", "GoalFields", "Island", "NavMesh", "NavMeshSet", "NavMeshSettings", "PolyMesh", "load_navmesh"]

@@ -74,6 +74,13 @@ def island_of(surface: Surface, polygons: Ints) -> Ints:
     return np.where(polygons >= 0, surface.island[polygons], -1) if len(surface.island) else polygons
 
 
+def in_sight(surface: Surface, p: Ints, a: Floats, q: Ints, b: Floats) -> NDArray[np.bool_]:
+    """Whether straight segments between floor points a and b (N, 3) in polygons p and q (N,) stay on the floor, (N,)."""
+    reached, last = np.empty_like(a), np.empty(len(a), np.int32)
+    step.walk_straight(surface, p, a, b, reached, last)
+    return (last >= 0) & (last == q)
+
+
 def clearance(surface: Surface, scenes: NDArray[np.int64], points: Floats, radius: float) -> Floats:
     """Distance to the nearest wall (N,) [m], at most ``radius``; inf where no floor is in reach."""
     positions, polygons = find(surface, scenes, points)
