@@ -31,7 +31,22 @@ from prnav.navmesh import NavMesh
 from prnav.scene import SceneMesh, TextureAtlas
 
 WORDS = (0, 1, 2, 3, 6, 0x7F, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 1 << 20, 2**31 - 1, 2**31, 2**32 - 1)
-FLOATS = (0.0, -0.0, 1.0, -1.0, 1e-45, 1e-7, 0.05, 1e5, 1e5 + 1, 1e20, 3.4e38, float("inf"), float("-inf"), float("nan"))
+FLOATS = (
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    1e-45,
+    1e-7,
+    0.05,
+    1e5,
+    1e5 + 1,
+    1e20,
+    3.4e38,
+    float("inf"),
+    float("-inf"),
+    float("nan"),
+)
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, -1, 1, 10**30, 10**400, 0.0, -0.0, 1e-320, 1e308, float("nan"), float("inf"), "", "0", "\0",
     "../../x", "\ud800", "x" * 5000, [], [[]], {}, {"": {}}, [0.0, 0.0, 0.0], [0, 0, 0, 1], [1e6, 1e6, 1e6], [None] * 3,

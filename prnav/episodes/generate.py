@@ -30,7 +30,7 @@ from prnav.errors import EpisodeError
 from prnav.frames import yaw_to_quaternion
 
 if TYPE_CHECKING:
-    from prnav.navmesh import FloorPoints, NavMesh
+    from prnav.navmesh import NavMesh
 
 Floats = NDArray[np.float64]
 
@@ -192,9 +192,7 @@ def _stream(scene_id: str, seed: int, block: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(int.from_bytes(entropy, "little")))
 
 
-def _draw(
-    streams: dict[int, np.random.Generator], lanes: NDArray[np.int64], tries: int
-) -> tuple[Floats, Floats]:
+def _draw(streams: dict[int, np.random.Generator], lanes: NDArray[np.int64], tries: int) -> tuple[Floats, Floats]:
     """The next numbers of lanes: for a goal and its starts (n, 1 + tries, 3), and for luck (n, 1 + tries)."""
     numbers, luck = np.empty((len(lanes), 1 + tries, 3)), np.empty((len(lanes), 1 + tries))
     block, within = np.divmod(lanes, BLOCK)

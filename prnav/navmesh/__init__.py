@@ -10,4 +10,13 @@ from prnav.navmesh.navmesh_set import NavMeshSet
 from prnav.navmesh.polymesh import PolyMesh
 from prnav.navmesh.settings import NavMeshSettings
 
-__all__ = ["FloorPoints", "GoalFields", "Island", "NavMesh", "NavMeshSet", "NavMeshSettings", "PolyMesh", "load_navmesh"]
+__all__ = [
+    "FloorPoints",
+    "GoalFields",
+    "Island",
+    "NavMesh",
+    "NavMeshSet",
+    "NavMeshSettings",
+    "PolyMesh",
+    "load_navmesh",
+]

@@ -231,6 +231,21 @@ def place_on_floor(s, polygons, positions):
 
 
 @njit(cache=True, nogil=True)
+def place_on_edges(s, polygons, positions):
+    """Set the height of positions (N, 3) to that of the nearest edge of their polygons; -1 leaves a row alone."""
+    for i in range(len(positions)):
+        best = math.inf
+        if polygons[i] < 0:
+            continue
+        for k in range(s.start[polygons[i]], s.start[polygons[i] + 1]):
+            a, b = s.corner[k], s.corner[s.following[k]]
+            t, squared = nearest_on_segment(positions[i, 0], positions[i, 2], a[0], a[2], b[0], b[2])
+            if squared < best:
+                best = squared
+                positions[i, 1] = a[1] + t * (b[1] - a[1])
+
+
+@njit(cache=True, nogil=True)
 def wall_distances(s, polygons, positions, radius, distances):
     """Distance in the ground plane to the nearest wall that can be reached within it, at most ``radius`` [m]."""
     seen = np.full(len(s.island), -1, np.int64)

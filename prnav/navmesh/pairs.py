@@ -81,7 +81,7 @@ def pair_distances(arrays: SearchArrays, scenes: NDArray[np.int64], starts: Floa
 def located_distances(
     arrays: SearchArrays, scenes: NDArray[np.int64], p: queries.Ints, a: Floats, q: queries.Ints, b: Floats
 ) -> Floats:
-    """Geodesic distances between floor points a and b (N, 3) in polygons p and q (N,), (N,) [m]; polygon -1 for none."""
+    """Geodesic distances between floor points a and b (N, 3) in polygons p and q, (N,) [m]; polygon -1 for none."""
     surface = arrays.surface
     distances = np.empty(len(a))
     row = 0
