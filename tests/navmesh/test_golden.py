@@ -203,6 +203,8 @@ def test_points_on_and_beside_corners_and_edges_keep_the_laws(scene):
     assert np.abs(table[same] - field[same]).max() < 2e-6
     ground = np.full((count, count), np.inf)
     for i, j in zip(*np.nonzero(np.tril(same)), strict=True):
-        ground[i, j] = ground[j, i] = np.linalg.norm(np.diff(navmesh.path(points[i], points[j])[:, [0, 2]], axis=0), axis=1).sum()
+        ground[i, j] = ground[j, i] = np.linalg.norm(
+            np.diff(navmesh.path(points[i], points[j])[:, [0, 2]], axis=0), axis=1
+        ).sum()
     through = np.min([ground[:, [k]] + ground[[k]] for k in range(count)], axis=0)
     assert (ground[same] - through[same]).max() < 2e-6
