@@ -25,7 +25,7 @@ from prnav.episodes.builtin import make_header
 from prnav.episodes.files import content_names, read_header, write_episode_stream
 from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
-from prnav.navmesh import NavMeshSettings, load_navmesh
+from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh
 from prnav.scene import load_scene
 
 Progress = Callable[[str, int], object]
@@ -114,7 +114,8 @@ def _draw(job: Job, config: BulkConfig, note: Note) -> None:
     scene_id, source, file = job
     scene = load_scene(source, config.up)
     header = make_header(config.navmesh, config.up, config.seed, {scene_id: scene.hash})
-    header["prnav"] |= {"per_scene": config.per_scene, "limits": dataclasses.asdict(config.limits)}
+    header["prnav"] |= {"builder": BUILDER_VERSION, "per_scene": config.per_scene}
+    header["prnav"]["limits"] = dataclasses.asdict(config.limits)
     if read_header(file) == header:
         note("kept", scene_id, config.per_scene)
     else:

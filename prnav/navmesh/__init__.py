@@ -5,12 +5,13 @@ query arrays), :mod:`.locate`, :mod:`.step`, :mod:`.geodesic` (the compiled quer
 """
 
 from prnav.navmesh.goal_fields import GoalFields
-from prnav.navmesh.navmesh import FloorPoints, Island, NavMesh, load_navmesh
+from prnav.navmesh.navmesh import BUILDER_VERSION, FloorPoints, Island, NavMesh, load_navmesh
 from prnav.navmesh.navmesh_set import NavMeshSet
 from prnav.navmesh.polymesh import PolyMesh
 from prnav.navmesh.settings import NavMeshSettings
 
 __all__ = [
+    "BUILDER_VERSION",
     "FloorPoints",
     "GoalFields",
     "Island",

@@ -25,7 +25,7 @@ from prnav.navmesh.surface import Surface, build_surface, triangle_areas
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
-CACHE_VERSION = 2  #: raised when the builder's result changes
+BUILDER_VERSION = 2  #: raised when the builder's result changes: part of the key of whatever is derived from it
 
 
 class Island(NamedTuple):
@@ -255,7 +255,7 @@ def load_navmesh(scene: SceneMesh, settings: NavMeshSettings = NavMeshSettings()
     Raises:
         NavMeshError: the scene has no floor that the settings' body can stand on.
     """
-    key = cache_key(CACHE_VERSION, scene.hash, dataclasses.asdict(settings))
+    key = cache_key(BUILDER_VERSION, scene.hash, dataclasses.asdict(settings))
     arrays = cached_arrays("navmesh", key, lambda: _build(scene, settings).to_arrays())
     return NavMesh(PolyMesh(**arrays), settings)
 
