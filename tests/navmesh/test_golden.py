@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from prnav.frames import forward, quaternion_to_yaw
 from prnav.navmesh import GoalFields, NavMesh, NavMeshSet
 
 GOLDEN = os.environ.get("PRNAV_GOLDEN")
@@ -208,3 +209,42 @@ def test_points_on_and_beside_corners_and_edges_keep_the_laws(scene):
         ).sum()
     through = np.min([ground[:, [k]] + ground[[k]] for k in range(count)], axis=0)
     assert (ground[same] - through[same]).max() < 2e-6
+
+
+def test_the_nearest_of_several_goals(scene):
+    navmesh, golden = load(scene)
+    for row in golden["multi_goal"]:
+        want = np.inf if row["geodesic_distance"] is None else row["geodesic_distance"]
+        got = navmesh.distances(row["start"], row["ends"])  # one to many
+        assert np.isfinite(got.min()) == np.isfinite(want)
+        assert np.isinf(want) or got.min() < want + 1e-5
+
+
+@cache
+def van_gogh():
+    if not (root := os.environ.get("PRNAV_REAL_DATA")):
+        pytest.skip("set PRNAV_REAL_DATA to the folder of real inputs")
+    return NavMesh.load(Path(root) / "navmesh" / "van-gogh-room.navmesh")
+
+
+def test_habitat_labs_own_geodesics_on_a_version_1_file():
+    navmesh = van_gogh()
+    rows = json.loads((Path(GOLDEN) / "test-sim-geodesic-distance-test-golden.json").read_text())
+    for row in rows["single_end"]:
+        assert navmesh.distance(row["start"], row["end"]) == pytest.approx(row["expected"], abs=1e-6)
+    for row in rows["multi_end"]:
+        assert navmesh.distances(row["start"], row["ends"]).min() == pytest.approx(row["expected"], abs=1e-6)
+
+
+def test_habitat_labs_own_trajectory_and_map():
+    navmesh = van_gogh()
+    record = json.loads((Path(GOLDEN) / "habitat-sim_trajectory_data.json").read_text())
+    positions, yaws = np.array(record["positions"]), quaternion_to_yaw(np.array(record["rotations"]))
+    ahead = np.array(record["actions"][:-1]) == "move_forward"
+    got, _ = navmesh.step(positions[:-1], positions[:-1] + 0.25 * forward(yaws[:-1]))
+    assert ahead.sum() > 40 and np.abs(got - positions[1:])[ahead].max() < 1e-6
+    obstacles = np.array([np.nan if d is None else d for d in record["distances_to_obstacles"]])
+    known = np.isfinite(obstacles)
+    assert np.abs(navmesh.clearance(positions) - obstacles)[known].max() < 1e-6
+    picture = np.load(Path(GOLDEN) / "van-gogh-room_topdown_binary.npy")
+    assert np.array_equal(navmesh.topdown(positions[0, 1], 0.1), picture)
