@@ -40,7 +40,7 @@ def save_navmesh_picture(navmesh: NavMesh, title: str, path: Path, seed: int = 0
     span = high - low
     width, height = np.clip(SIDE * span / np.sqrt(span[0] * span[1]), 3.0, 12.0)
     furthest = float(distances.max())
-    figure = Figure(figsize=(2 * width + 1.8, height * len(storeys) + 0.9), layout="constrained", dpi=110)
+    figure = Figure(figsize=(2 * width + 1.8, height * len(storeys) + 1.2), layout="constrained", dpi=110)
     figure.suptitle(
         f"{title}\n{navmesh.area:,.1f} m² on {len(navmesh.islands)} islands, {navmesh.mesh.num_polygons:,} polygons, "
         f"longest way {furthest:.1f} m",

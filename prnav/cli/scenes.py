@@ -163,7 +163,8 @@ def _preview_navmesh(arguments: argparse.Namespace) -> None:
         navmesh = NavMesh.load(arguments.scene)
     else:
         navmesh = load_navmesh(load_scene(arguments.scene, arguments.up))
-    storeys = save_navmesh_picture(navmesh, Path(arguments.scene).name, arguments.out, arguments.seed)
+    title = arguments.scene if arguments.scene in _ids(None) else Path(arguments.scene).name
+    storeys = save_navmesh_picture(navmesh, title, arguments.out, arguments.seed)
     print(f"{arguments.out}: {storeys} storey{'s' * (storeys != 1)}, {len(navmesh.islands)} islands")
 
 

@@ -8,6 +8,8 @@ found through the grid alone.
 One oddity of Detour is kept, because Habitat's recorded answers have it: a box that holds the lower corner of the
 scene's bounds sees the scene's first polygon too, however far away that is, so that a few points outside the building
 snap to it instead of nowhere.
+
+Before: :mod:`.surface` and :mod:`.planar`. After: :mod:`.step` and :mod:`.geodesic`, which start at a polygon.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The navigation mesh of one scene, and all one can ask of it."""
+"""The navigation mesh of one scene, and all one can ask of it.
+
+Before: :mod:`.queries` and :mod:`.pairs`. After: :mod:`.navmesh_set`, and all that asks where one can go.
+"""
 
 from __future__ import annotations
 

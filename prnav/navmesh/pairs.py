@@ -1,4 +1,7 @@
-"""Geodesic distances and paths between pairs of points, on the search of :mod:`.geodesic`."""
+"""Geodesic distances and paths between pairs of points, on the search of :mod:`.geodesic`.
+
+Before: :mod:`.geodesic`. After: :mod:`.navmesh` and :mod:`.navmesh_set`.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 :class:`~prnav.navmesh.navmesh.NavMesh` and :class:`~prnav.navmesh.navmesh_set.NavMeshSet` are both thin layers on
 these functions, which is why they give the same answers. ``scenes`` (N,) says which scene each row belongs to.
+
+Before: :mod:`.locate` and :mod:`.step`. After: :mod:`.navmesh` and :mod:`.navmesh_set`.
 """
 
 from __future__ import annotations
