@@ -1,4 +1,4 @@
-"""Throw broken files at the readers: `python tools/fuzz.py navmesh|episodes [--minutes 10] [--seed 0] [FILE ...]`.
+"""Throw broken files at the readers: `python tools/fuzz.py navmesh|episodes [--minutes 10 | --rounds N] [--seed 0] [FILE ...]`.
 
 Each round takes a sound file (a few small ones are built in, others may be named), damages it in one to four ways and
 reads it. A `.navmesh` that is accepted is asked for moves, distances and a map, and written again; episodes that are
@@ -202,6 +202,7 @@ def main() -> int:
     parser.add_argument("reader", choices=("navmesh", "episodes"))
     parser.add_argument("files", nargs="*", type=Path, help="more sound files to damage")
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--rounds", type=int, help="stop after so many files instead")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--limit", type=float, default=20.0, help="seconds a round may take")
     parser.add_argument("--memory", type=int, default=2000, help="MB of peak memory")
@@ -219,7 +220,7 @@ def main() -> int:
         path = Path(folder) / ("fuzz.navmesh" if options.reader == "navmesh" else "fuzz.json")
         for seed in seeds:  # sound files pass, and everything is compiled
             read(path, seed)
-        while time.monotonic() < end:
+        while time.monotonic() < end if options.rounds is None else rounds < options.rounds:
             draw = random.Random(f"{options.seed}/{rounds}")
             data = make(draw.choice(seeds), draw)
             options.keep.write_bytes(data)
