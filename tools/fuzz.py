@@ -1,4 +1,4 @@
-"""Throw broken files at the readers: `python tools/fuzz.py navmesh|episodes [--minutes 10 | --rounds N] [--seed 0] [FILE ...]`.
+"""Throw broken files at the readers: `python tools/fuzz.py navmesh|episodes [--minutes 10] [--seed 0] [FILE ...]`.
 
 Each round takes a sound file (a few small ones are built in, others may be named), damages it in one to four ways and
 reads it. A `.navmesh` that is accepted is asked for moves, distances and a map, and written again; episodes that are
