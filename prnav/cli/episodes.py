@@ -37,6 +37,7 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("--out", metavar="DIR", type=Path, required=True, help="writes DIR/NAME/NAME.json.gz")
     sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis of mesh files (default: y)")
     sub.add_argument("--data-root", metavar="DIR", type=Path, help="folder that scene ids in the file are relative to")
+    sub.add_argument("--workers", metavar="N", type=_positive, help="processes (default: one per core)")
     sub.set_defaults(run=_generate)
 
     sub = commands.add_parser("builtin", help="draw the shipped episodes of the built-in homes anew")
@@ -89,9 +90,8 @@ def _progress() -> Progress:
 
 
 def _generate(options: argparse.Namespace) -> int:
-    from prnav.episodes import EpisodeDataset, concatenate_tables, generate_table, make_header, save_episodes
-    from prnav.navmesh import NavMeshSettings, load_navmesh
-    from prnav.scene import load_scene, scene_ids
+    from prnav.episodes.bulk import BulkConfig, generate_files
+    from prnav.scene import scene_ids
 
     if not _NAME.fullmatch(options.split):
         raise EpisodeError(f"--split {options.split!r} cannot name a file; use letters, digits, '-', '_' and '.'")
@@ -103,24 +103,16 @@ def _generate(options: argparse.Namespace) -> int:
     folder = options.out / options.split
     path = folder / f"{options.split}.json.gz"
     _refuse_foreign_content(folder, ids)
-    settings = NavMeshSettings()
-    tables, hashes = [], {}
+    config = BulkConfig(options.per_scene, options.seed, options.up)
     with _progress() as bars:
         task = bars.add_task("", total=len(ids) * options.per_scene)
-        for done, (source, scene_id) in enumerate(zip(sources, ids, strict=True)):
-            bars.update(task, description=scene_id, completed=done * options.per_scene)
-            scene = load_scene(source, options.up)
-            hashes[scene_id] = scene.hash
-            navmesh = load_navmesh(scene, settings)
 
-            def count(episodes: int, before: int = done * options.per_scene) -> None:
-                bars.update(task, completed=before + episodes)
+        def show(scene_id: str, episodes: int) -> None:
+            bars.update(task, description=scene_id, advance=episodes)
 
-            tables.append(generate_table(navmesh, scene_id, options.per_scene, options.seed, progress=count))
-    table = concatenate_tables(tables)
-    header = make_header(settings, options.up, options.seed, hashes)
-    save_episodes(EpisodeDataset(tuple(table.to_episodes()), header), path, content=len(ids) > 1)
-    print(f"{path}: {_count(len(table), 'episode')} in {_count(len(ids), 'scene')}")
+        kept = generate_files(dict(zip(ids, sources, strict=True)), path, config, options.workers, show)
+    there = f", {_count(kept, 'scene')} of them there already" if kept else ""
+    print(f"{path}: {_count(len(ids) * options.per_scene, 'episode')} in {_count(len(ids), 'scene')}{there}")
     return 0
 
 
@@ -142,7 +134,8 @@ def _refuse_foreign_content(folder: Path, ids: Sequence[str]) -> None:
 
     ours = {f"{name}.json.gz" for name in content_names(ids).values()} if len(ids) > 1 else set()
     content = folder / "content"
-    foreign = sorted(file.name for file in content.iterdir() if file.name not in ours) if content.is_dir() else []
+    found = [file.name for file in content.iterdir()] if content.is_dir() else []
+    foreign = sorted(name for name in found if name not in ours and not name.startswith("."))
     if foreign:
         raise EpisodeError(
             f"{content} holds episodes of other scenes ({foreign[0]}), which would be read together with these; "

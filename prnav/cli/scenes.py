@@ -39,7 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub.add_argument("--out", type=Path, required=True, help="PNG file to write")
     sub.add_argument("--views", type=int, default=11, help="views from inside (default: 11)")
     sub.add_argument("--size", type=int, default=256, help="pixels of each (default: 256)")
-    sub.add_argument("--seed", type=int, default=0, help="where the views are taken")
+    sub.add_argument("--seed", type=int, default=0, help="where the views are taken, or where the goal is")
+    sub.add_argument("--navmesh", action="store_true", help="draw the floor instead: islands, a path, distances")
     sub.set_defaults(run=_preview)
 
     sub = commands.add_parser("export", help="write a scene as binary glTF")
@@ -157,6 +158,9 @@ def _preview(arguments: argparse.Namespace) -> None:
         raise SceneError(f"--views {arguments.views} --size {arguments.size}: at least 1 view of 16 pixels")
     if arguments.out.suffix.lower() != ".png":
         raise SceneError(f"{arguments.out}: the name must end in .png")
+    if arguments.navmesh:
+        _preview_navmesh(arguments)
+        return
     scene = load_scene(arguments.scene, arguments.up)
     navmesh = load_navmesh(scene)
     maps = [floor_map(navmesh, level, arguments.size) for level in floor_levels(navmesh)]
@@ -164,3 +168,18 @@ def _preview(arguments: argparse.Namespace) -> None:
     with atomic_path(arguments.out) as temporary:
         Image.fromarray(sheet).save(temporary, format="PNG")
     print(f"{arguments.out}: {'a map' if len(maps) == 1 else f'{len(maps)} maps'} and {arguments.views} views")
+
+
+def _preview_navmesh(arguments: argparse.Namespace) -> None:
+    from prnav.cli._navmesh_picture import save_navmesh_picture
+    from prnav.navmesh import NavMesh, load_navmesh
+
+    if arguments.seed < 0:
+        raise SceneError(f"--seed {arguments.seed}: at least 0")
+    if arguments.scene.lower().endswith(".navmesh"):
+        navmesh = NavMesh.load(arguments.scene)
+    else:
+        navmesh = load_navmesh(load_scene(arguments.scene, arguments.up))
+    title = arguments.scene if arguments.scene in _ids(None) else Path(arguments.scene).name
+    storeys = save_navmesh_picture(navmesh, title, arguments.out, arguments.seed)
+    print(f"{arguments.out}: {storeys} storey{'s' * (storeys != 1)}, {len(navmesh.islands)} islands")
