@@ -38,8 +38,12 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("task", choices=tuple(PRESETS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
-    p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)")
-    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them")
+    p.add_argument(
+        "--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)"
+    )
+    p.add_argument(
+        "--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them"
+    )
     p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
@@ -157,10 +161,12 @@ def load_environments(config: TrainConfig, console: Console) -> NavigationVector
 def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     """What the run is made from: hashes of its scenes, its episodes and their file."""
     from prnav.cache import hash_arrays
+    from prnav.evaluate.benchmark import benchmark_of
     from prnav.files import sha256_file
 
     source = envs.slots.source
     facts: dict[str, Any] = {
+        "benchmark": benchmark_of(envs.config),
         "episodes": len(source),
         "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
         "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},

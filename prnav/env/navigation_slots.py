@@ -203,6 +203,7 @@ class NavigationSlots:
             "soft_spl": soft_spl(self.distance[rows], shortest, taken),
             "soft_spl_closest": soft_spl(self.closest[rows], shortest, taken),
             "distance_to_goal": self.distance[rows],
+            "closest_distance": self.closest[rows],
             "collisions": self.collisions[rows],
             "path_length": taken,
             "steps": self.steps[rows],

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from prnav.env.config import EnvConfig
 from prnav.env.episode_source import EpisodeSource, load_source
-from prnav.env.order import EpisodeOrder
 from prnav.env.navigation_slots import NavigationSlots
+from prnav.env.order import EpisodeOrder
 from prnav.env.spaces import num_actions, observation_space
 from prnav.env.vector_env import configure, task_actions
 

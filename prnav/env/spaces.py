@@ -7,6 +7,7 @@ from gymnasium import spaces
 
 from prnav.env.config import EnvConfig
 
+
 def num_actions(config: EnvConfig) -> int:
     """Stop, forward, left and right; TargetNav has no stop."""
     return 4 if config.targetnav is None else 3

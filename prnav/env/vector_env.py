@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.env.config import EnvConfig
 from prnav.env.episode_source import EpisodeSource, load_source
-from prnav.env.order import EpisodeOrder
 from prnav.env.navigation_slots import NavigationSlots, Observations
+from prnav.env.order import EpisodeOrder
 from prnav.env.spaces import num_actions, observation_space
 from prnav.errors import ConfigError
 from prnav.sim import HOLD

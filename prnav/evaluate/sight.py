@@ -1,4 +1,4 @@
-"""What the receptors saw along the episodes that are shown, kept beside the records so that no scene is needed later."""
+"""What receptors saw along the episodes that are shown, kept beside the records so that no scene is needed later."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.env import PointGoalNavEnv, PointGoalNavVectorEnv, NavigationSlots
+from prnav.env import NavigationSlots, PointGoalNavEnv, PointGoalNavVectorEnv
 from prnav.env.episode_source import deal
 from prnav.errors import ConfigError, DesignError, EpisodeError
 from prnav.tasks import PointGoalConfig
