@@ -107,7 +107,8 @@ def describe(
     kept = ["grid", "rays_per_receptor", "engine", "vision", "sim", "navmesh"]
     settings = to_mapping(config)
     body = {"radius": config.navmesh.agent_radius, "height": config.navmesh.agent_height}
-    sensors = {"name": design.name, "grid": config.grid, "sensors": design.sensors.tolist()}
+    seat = {"radius": design.body.radius, "height": design.body.height}
+    sensors = {"name": design.name, "grid": config.grid, "body": seat, "sensors": design.sensors.tolist()}
     return {
         "version": __version__,
         "benchmark": benchmark_of(questions.config),

@@ -53,6 +53,11 @@ class Evaluation:
     """One row per episode: ``scene_id``, ``episode_id``, measures; null stands for infinity."""
 
     @property
+    def ids(self) -> list[EpisodeId]:
+        """(scene_id, episode_id) of every row."""
+        return [_episode(row) for row in self.rows]
+
+    @property
     def label(self) -> str:
         """Agent and how it chose actions, for example "pr-2 (greedy)"."""
         actions = self.header.get("actions", "rule")

@@ -1,7 +1,8 @@
 """The result file: one evaluation in a few kilobytes, which anyone with the records can compute again.
 
-It says what it is of, and stands beside the records. Verifying reads each episode's trajectory, works out path length, steps, collisions,
-success, SPL, SoftSPL and reward anew, holds the rows to them, and then the means and intervals to the rows.
+It says what it is of, and stands beside the records. Verifying reads each episode's trajectory, works out path
+length, steps, collisions, success, SPL, SoftSPL and reward anew, holds the rows to them, and then the means and
+intervals to the rows.
 """
 
 from __future__ import annotations
