@@ -55,9 +55,12 @@ h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.6
 h3 { font-size: 1rem; margin: 1.6rem 0 .4rem; } p, figcaption { color: #66727f; max-width: 60rem; }
 figure { margin: 1rem 0 1.8rem; } img { max-width: 100%; height: auto; display: block; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: .45rem .8rem; border-bottom: 1px solid #e3e7eb; white-space: nowrap; }
-th:first-child { text-align: left; } thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
-td small { display: block; color: #66727f; } code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }
+table { font-size: .87rem; }
+th, td { text-align: right; padding: .4rem .45rem; border-bottom: 1px solid #e3e7eb; }
+th { vertical-align: bottom; } th:first-child { text-align: left; max-width: 11rem; } tbody th { vertical-align: middle; }
+thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
+td small { display: block; color: #66727f; font-size: .74rem; white-space: nowrap; }
+code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }
 details { margin: .4rem 0; } pre { background: #f3f5f7; padding: .8rem; overflow-x: auto; font-size: .82rem; }
 """
 
@@ -187,11 +190,7 @@ def _pictures(evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: 
 
 def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
     """Each design that an evaluated agent has, drawn on its body."""
-    designs = {
-        json.dumps(told): told
-        for evaluation in evaluations
-        if (told := evaluation.header.get("design"))
-    }
+    designs = {json.dumps(told): told for evaluation in evaluations if (told := evaluation.header.get("design"))}
     parts = ["<h2>Designs</h2>"] if designs else []
     for told in designs.values():
         design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))

@@ -36,6 +36,7 @@ def draw_floor(axes: Axes, floor: FloorMap) -> None:
         axes.contour(x, z, walkable, levels=[0.5], colors=style.WALL, linewidths=0.9)
     _scale_bar(axes, extent)
     axes.set_aspect("equal")
+    axes.set_anchor("NW")  # titles start at the left of their cell, and have all of it
     axes.grid(False)
     axes.set_xticks([])
     axes.set_yticks([])
