@@ -57,7 +57,8 @@ figure { margin: 1rem 0 1.8rem; } img { max-width: 100%; height: auto; display: 
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 table { font-size: .87rem; }
 th, td { text-align: right; padding: .4rem .45rem; border-bottom: 1px solid #e3e7eb; }
-th { vertical-align: bottom; } th:first-child { text-align: left; max-width: 11rem; } tbody th { vertical-align: middle; }
+th { vertical-align: bottom; } th:first-child { text-align: left; max-width: 11rem; }
+tbody th { vertical-align: middle; }
 thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
 td small { display: block; color: #66727f; font-size: .74rem; white-space: nowrap; }
 code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }

@@ -171,7 +171,7 @@ def draw_pairs(
             for name, row, track, shown in zip(names, rows, tracks, floors, strict=True):
                 of_height = [floor for other in floors for floor in other if floor.height == height]
                 floor = next((floor for floor in shown if floor.height == height), of_height[0])
-                panels += _panels(f"{name}: {caption(row)}", row, track, [floor], len(heights) > 1)
+                panels += _panels(f"{name}\n{caption(row)}", row, track, [floor], len(heights) > 1)
     figure = _draw_panels(panels, 2, width=5.4)
     figure.suptitle("The same episodes, side by side", fontsize=12, x=0.01, ha="left")
     return figure
