@@ -17,8 +17,11 @@ from prnav.cli._common import command
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
-    from prnav.env import PointGoalNavVectorEnv
+    from prnav.env import NavigationVectorEnv
     from prnav.train import TrainConfig
+
+PRESETS = {"pointgoal": "quickstart", "targetnav": "quickstart-targetnav"}
+"""Each task's experiment where none is named."""
 
 LINE_SECONDS = 15.0
 """How often a line is printed where there is no terminal to redraw."""
@@ -33,10 +36,14 @@ def parser() -> argparse.ArgumentParser:
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
         epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
     )
-    p.add_argument("task", choices=("pointgoal",), help="what the agent learns")
+    p.add_argument("task", choices=tuple(PRESETS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
-    p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: quickstart)")
-    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share")
+    p.add_argument(
+        "--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)"
+    )
+    p.add_argument(
+        "--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them"
+    )
     p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
@@ -109,8 +116,10 @@ def configure(options: argparse.Namespace) -> TrainConfig:
         settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
     own = Path(options.run) / "config.toml" if options.run and options.resume else None
     goes_on = own is not None and own.exists()
-    name = options.config or (str(own) if goes_on else "quickstart")
+    name = options.config or (str(own) if goes_on else PRESETS[options.task])
     config = load_train_config(name, tuple(settings))
+    if config.task != options.task:
+        raise ConfigError(f"config {name} is for {config.task}; use prnav-train {config.task}, or another --config")
     if options.steps is not None and not goes_on and not any(key.startswith("imitation.steps=") for key in settings):
         config = with_scaled_warm_start(config, load_train_config(name))
     if options.warmstart == "none":
@@ -137,25 +146,27 @@ def _quoted(text: str) -> str:
     return f"'{text}'"
 
 
-def load_environments(config: TrainConfig, console: Console) -> PointGoalNavVectorEnv:
+def load_environments(config: TrainConfig, console: Console) -> NavigationVectorEnv:
     """The run's environments, with a line that says which scene is loading."""
-    from prnav.env import PointGoalNavVectorEnv
+    from prnav.env import NavigationVectorEnv
 
     with console.status("loading scenes") as status:
 
         def loading(done: int, total: int, name: str) -> None:
             status.update(f"loading scenes {done}/{total} {name}")
 
-        return PointGoalNavVectorEnv(config.num_envs, config.env, progress=loading)
+        return NavigationVectorEnv(config.num_envs, config.env, progress=loading)
 
 
-def data_facts(envs: PointGoalNavVectorEnv) -> dict[str, Any]:
+def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     """What the run is made from: hashes of its scenes, its episodes and their file."""
     from prnav.cache import hash_arrays
+    from prnav.evaluate.benchmark import benchmark_of
     from prnav.files import sha256_file
 
     source = envs.slots.source
     facts: dict[str, Any] = {
+        "benchmark": benchmark_of(envs.config),
         "episodes": len(source),
         "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
         "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from prnav.navmesh import NavMeshSettings
 from prnav.sim import SimConfig
-from prnav.tasks import PointGoalConfig
+from prnav.tasks import PointGoalConfig, Rules, TargetNavConfig
 
 
 @dataclass(frozen=True)
@@ -14,7 +15,8 @@ class EnvConfig:
     """Scenes, episodes, sensors and rules of a navigation environment."""
 
     scenes: str = "train"
-    """Split of the built-in houses: "train", "val" or "test". Without effect where ``episodes`` is given."""
+    """Split of the built-in houses: "train", "val" or "test". Without effect where ``episodes`` is given. TargetNav's
+    "train" is ten of the training homes (:func:`prnav.tasks.training_scenes`)."""
     max_scenes: int | None = None
     """Use only the first so many scenes of the split."""
     episodes_per_scene: int = 200
@@ -42,6 +44,9 @@ class EnvConfig:
     """False leaves the photoreceptors out (a blind agent needs no light, and this saves its cost)."""
     sim: SimConfig = field(default_factory=SimConfig)
     task: PointGoalConfig = field(default_factory=PointGoalConfig)
+    """Rules of PointGoalNav."""
+    targetnav: TargetNavConfig | None = None
+    """Rules of TargetNav; given, this is the task that is played, and ``task`` is without effect."""
     navmesh: NavMeshSettings = field(default_factory=NavMeshSettings)
 
     def __post_init__(self) -> None:
@@ -52,3 +57,13 @@ class EnvConfig:
             raise ValueError(f"max_scenes is {self.max_scenes}; it must be at least 1")
         if self.up not in ("y", "z"):
             raise ValueError(f"up is {self.up!r}; valid: 'y', 'z'")
+
+    @property
+    def task_name(self) -> Literal["pointgoal", "targetnav"]:
+        """Which task is played."""
+        return "pointgoal" if self.targetnav is None else "targetnav"
+
+    @property
+    def rules(self) -> Rules:
+        """Rules of the task that is played."""
+        return self.task if self.targetnav is None else self.targetnav

@@ -13,10 +13,20 @@ from numpy.typing import NDArray
 
 from prnav.config import from_mapping
 from prnav.env.config import EnvConfig
-from prnav.episodes import EpisodeTable, check_scenes, load_builtin_table, load_episode_table, up_axis
+from prnav.episodes import (
+    EpisodeTable,
+    check_scenes,
+    concatenate_tables,
+    load_builtin_table,
+    load_episode_table,
+    train_table,
+    up_axis,
+)
 from prnav.navmesh import NavMeshSettings
+from prnav.scene import scene_ids
 from prnav.sim import World, load_world
 from prnav.sim.world import Progress
+from prnav.tasks import training_scenes
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +101,7 @@ def load_source(
         table, header = load_episode_table(config.episodes, config.episode_split)
     else:
         source = f"built-in episodes ({config.scenes})"
-        table, header = load_builtin_table(
-            config.scenes, config.episodes_per_scene, config.episode_seed, config.max_scenes, progress
-        )
+        table, header = _builtin_table(config, progress)
     if limit is not None:
         table = deal(table, limit)
     world = load_world(
@@ -106,6 +114,20 @@ def load_source(
     )
     check_scenes(header, dict(zip(world.scene_ids, world.scenes, strict=True)), source)
     return EpisodeSource(world, table)
+
+
+def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[EpisodeTable, dict[str, Any]]:
+    """The built-in episodes of a split, those of ten drawn scenes where TargetNav trains."""
+    count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
+    if config.targetnav is None or config.scenes != "train":
+        return load_builtin_table(config.scenes, count, seed, most, progress)
+    ids = training_scenes(scene_ids("train"))[:most]
+    tables = []
+    for done, scene_id in enumerate(ids):
+        if progress is not None:
+            progress(done, len(ids), scene_id)
+        tables.append(train_table(scene_id, count, seed))
+    return concatenate_tables(tables), {}
 
 
 def deal(table: EpisodeTable, limit: int) -> EpisodeTable:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +38,7 @@ class Played:
 
 
 def play_episodes(
-    slots: EpisodeSlots, agent: Agent, episodes: Sequence[int], seed: int, on_played: Callable[[Played], None]
+    slots: EpisodeSlots, agent: Agent, episodes: Iterable[int], seed: int, on_played: Callable[[Played], None]
 ) -> None:
     """Play each of ``episodes`` (indices into ``slots.episode_ids``) once.
 
