@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from prnav.episodes import EpisodeTable
 
 FRAMES = (
-    ("prhouses/test/03", 8), ("prhouses/test/07", 12), ("prhouses/val/02", 7), ("prhouses/test/16", 21),
-    ("prhouses/test/12", 17), ("prhouses/test/09", 14), ("prhouses/val/00", 5), ("prhouses/test/11", 16),
-    ("prhouses/test/01", 6), ("prhouses/val/03", 8), ("prhouses/test/04", 9), ("prhouses/test/13", 18),
+    ("prhouses/test/03", 100), ("prhouses/test/04", 1), ("prhouses/test/03", 3), ("prhouses/test/11", 4),
+    ("prhouses/test/12", 4), ("prhouses/test/01", 2), ("prhouses/val/02", 2), ("prhouses/test/07", 3),
+    ("prhouses/test/09", 2), ("prhouses/test/11", 1), ("prhouses/test/07", 4), ("prhouses/val/02", 3),
 )  # fmt: skip
 """Home and seed of the view of each picture on the contact sheet."""
 
