@@ -48,6 +48,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub.add_argument("--out", type=Path, required=True, help=".glb file to write")
     sub.set_defaults(run=_export)
 
+    sub = commands.add_parser("card", help="pictures and tables of the built-in homes' data card")
+    sub.add_argument("--out", type=Path, required=True, help="folder to write the pictures to")
+    sub.add_argument("--split", choices=_SPLITS, help="default: all")
+    sub.add_argument("--size", type=int, default=320, help="pixels of each picture on the sheet (default: 320)")
+    sub.set_defaults(run=_card)
+
     arguments = parser.parse_args(argv)
     arguments.run(arguments)
     return 0
@@ -183,3 +189,23 @@ def _preview_navmesh(arguments: argparse.Namespace) -> None:
     title = arguments.scene if arguments.scene in _ids(None) else Path(arguments.scene).name
     storeys = save_navmesh_picture(navmesh, title, arguments.out, arguments.seed)
     print(f"{arguments.out}: {storeys} storey{'s' * (storeys != 1)}, {len(navmesh.islands)} islands")
+
+
+def _card(arguments: argparse.Namespace) -> None:
+    from rich.progress import track
+
+    from prnav.cli._scene_card import card_table, episode_lines, measure_homes, write_figure, write_sheet
+    from prnav.episodes import load_builtin_table
+
+    if arguments.size < 16:
+        raise SceneError(f"--size {arguments.size}: at least 16 pixels")
+    rows = measure_homes(_ids(arguments.split), lambda names: track(names, description="homes"))
+    splits = [arguments.split] if arguments.split else list(_SPLITS)
+    tables = {split: load_builtin_table(split, per_scene=56)[0] for split in splits}
+    write_sheet(arguments.out / "prhouses.png", arguments.size)
+    write_figure(arguments.out / "prhouses-distributions.png", rows, tables)
+    print("Lowest, median and highest:\n")
+    print(card_table(rows))
+    print()
+    print(episode_lines(tables))
+    print(f"\n{arguments.out / 'prhouses.png'}, {arguments.out / 'prhouses-distributions.png'}")

@@ -27,22 +27,26 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
 
 
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
-    """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
+    """A bed with its head at the wall, made with pillows, cushions and a rolled quilt.
 
-    Pillows, cushions and quilt stand two of a navmesh's steps of 0.2 m above the cover, which itself is one level of
-    them: no large level surface is left that a navmesh would take for floor.
+    Pillows, cushions and the rolled quilt stand two of a navmesh's steps of 0.2 m above the cover, which itself is one
+    level of them, and no level surface lies hidden under the roll: nothing large is left that a navmesh would take for
+    floor.
     """
-    head, top = rng.between(950, 1250, 50), 565
+    head, top = rng.between(950, 1250, 50), 592
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
-    pen.box(0, 80, 60, w, 340, d, home.wood)
+    pen.box(0, 80, 60, w, 340, d, home.wood, skip="T")
     for x in (30, w - 110):
         for z in (80, d - 110):
             pen.box(x, 0, z, x + 80, 80, z + 80, home.wood, skip="T")
-    pen.box(20, 340, 65, w - 20, 550, d - 20, WHITE, skip="U")
     cover = Material(f"blanket:{rng.below(3)}", room.accent.tinted(118).color, 700)
-    start = d * rng.between(30, 38) // 100
-    pen.box(0, 300, start, w, top, d, cover, skip="U")
-    pen.box(0, top, start, w, top + 25, start + 230, WHITE.tinted(96), skip="U")
+    start, back = d * rng.between(30, 38) // 100, d - rng.between(780, 840, 10)
+    pen.box(20, 340, 65, w - 20, 550, d - 20, WHITE, skip="UT")
+    pen.slab(20, 65, w - 20, start, 550, WHITE)
+    pen.box(0, 300, start, w, top, d, cover, skip="UT")
+    pen.slab(0, start, w, back + 5, top, cover)
+    pen.slab(0, back + 355, w, d, top, cover)
+    pen.box(0, top, start, w, top + 5, start + 230, WHITE.tinted(96), skip="U")
     count = 1 if w < 1300 else 2
     width = (w - 80) // count
     for k in range(count):  # two pillows, one on the other
@@ -52,21 +56,28 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
     if w > 1450 or rng.chance(50):
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
-    if w >= 900:
-        z, tone = d - rng.between(660, 720, 10), rng.choice((home.fabric, WHITE, room.accent)).tinted(108)
-        for k in range(3):  # folded, layer on layer
-            inset, percent = 40 + 18 * (k % 2), (100, 90, 96)[k]
-            layer = tone.tinted(percent)
-            pen.box(
-                inset,
-                top + 87 * k,
-                z + inset // 4,
-                w - inset,
-                top + 87 * (k + 1),
-                z + 330 - inset // 4,
-                layer,
-                skip="U",
-            )
+    roll(pen, 0, w, top, back, cover.tinted(rng.choice((84, 112))))
+
+
+def roll(pen: Pen, x0: int, x1: int, y: int, z: int, material: Material) -> None:
+    """A quilt rolled back across a bed: rounded, and too steep at its sides for a navmesh to join it to the cover."""
+    profile = ((0, 0), (8, 216), (75, 255), (180, 270), (285, 255), (352, 216), (360, 0))
+    for k, ((za, ya), (zb, yb)) in enumerate(zip(profile, profile[1:], strict=False)):
+        corners = [(x0, y + yb, z + zb), (x1, y + yb, z + zb), (x1, y + ya, z + za), (x0, y + ya, z + za)]
+        pen.quad(corners, material, (x1 - x0, 120), origin=(0, 120 * k))
+    for x, turn in ((x0, False), (x1, True)):
+        for k in range(3):
+            (za, ya), (zb, yb) = profile[k], profile[k + 1]
+            (zc, yc), (zd, yd) = profile[5 - k], profile[6 - k]
+            corners = [(x, y + ya, z + za), (x, y + yd, z + zd), (x, y + yc, z + zc), (x, y + yb, z + zb)]
+            if k == 2:  # the two middle points of the profile fall together
+                corners = [
+                    (x, y + ya, z + za),
+                    (x, y + yd, z + zd),
+                    (x, y + yb, z + zb),
+                    (x, y + (ya + yb) // 2, z + (za + zb) // 2),
+                ]
+            pen.quad(corners[::-1] if turn else corners, material.tinted(88), (300, 100))
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:

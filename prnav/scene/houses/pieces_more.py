@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from prnav.scene.houses.builder import Color, Material, Pen
+from prnav.scene.houses.builder import Color, Material, Pen, polygon
 from prnav.scene.houses.pieces import legs, vase
 from prnav.scene.houses.rng import Rng
 from prnav.scene.houses.style import BLACK, CERAMIC, METAL, WHITE, HomeStyle, RoomStyle
@@ -42,12 +42,20 @@ def radiator(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyl
 def wall_clock(pen: Pen, rng: Rng, home: HomeStyle) -> None:
     """A round clock of 0.36 m; the frame's origin is its centre on the wall."""
     rim, dial = rng.choice((BLACK, home.dark_wood, METAL)), Material("", (246, 244, 236))
-    for half, side in ((180, 75), (130, 130), (75, 180)):  # three crossed boxes make a round plate
-        pen.box(-half, -side, 0, half, side, 24 + half // 40, rim, skip="B")
-    for half, side in ((155, 64), (111, 111), (64, 155)):
-        pen.panel(-half, -side, half, side, 31 + half // 80, dial)
+    _plate(pen, 180, 30, rim, rim=True)
+    _plate(pen, 158, 33, dial)
     pen.panel(-6, -10, 6, 95, 38, BLACK)
     pen.panel(-10, -7, 70, 7, 39, BLACK)
+
+
+def _plate(pen: Pen, radius: int, z: int, material: Material, rim: bool = False) -> None:
+    """A round plate that faces +z around the frame's origin."""
+    ring = [(a * radius // 10000, b * radius // 10000, z) for a, b in polygon(12)]
+    for k in range(5):
+        pen.quad([ring[k], ring[k + 1], ring[10 - k], ring[11 - k]], material, (radius, radius // 2))
+    for (ax, ay, _), (bx, by, _) in zip(ring, [*ring[1:], ring[0]], strict=True):
+        if rim:
+            pen.quad([(ax, ay, 0), (bx, by, 0), (bx, by, z), (ax, ay, z)], material.tinted(85), (radius // 2, z))
 
 
 def wall_shelf(pen: Pen, rng: Rng, w: int, home: HomeStyle) -> None:
