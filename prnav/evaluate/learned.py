@@ -169,6 +169,9 @@ class PolicyAgent:
         rows = []
         for block, state in enumerate(self._states):
             part = slice(block * BLOCK, min((block + 1) * BLOCK, count))
+            if not turn.active[part].any():
+                rows.append(np.zeros((part.stop - part.start, self.policy.actions)))
+                continue
             observations = {key: self._block(turn.observations[key][part]) for key in self.policy.shapes}
             step = self.policy.step(
                 observations, self._block(self._previous[part]), self._block(turn.starts[part]), state

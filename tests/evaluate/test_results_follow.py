@@ -85,18 +85,18 @@ def test_the_script_sees_a_wrong_number(evaluated, tmp_path):
 
 
 def test_workers_change_no_byte(questions, target, run, tmp_path):
-    trained = load_run(run.path, print)
-    for agent, name in (("blind", "blind"), (trained, "trained")):
-        for workers in (1, 2):
-            folder = tmp_path / f"{name}{workers}"
-            rules = dataclasses.replace(target, targetnav=TargetNavConfig(max_steps=40))
-            evaluate_navigation(questions, rules, folder, agent=agent, workers=workers, num_envs=13 * workers)
-        for file in FILES:
-            assert (tmp_path / f"{name}1" / file).read_bytes() == (tmp_path / f"{name}2" / file).read_bytes(), file
-    sights = load_sights(tmp_path / "trained2")
-    rows = load_evaluation(tmp_path / "trained2").rows
+    trained, rules = load_run(run.path, print), dataclasses.replace(target, targetnav=TargetNavConfig(max_steps=40))
+    for workers in (1, 2):
+        folder = tmp_path / str(workers)
+        evaluate_navigation(questions, rules, folder, agent=trained, workers=workers, num_envs=13 * workers)
+    for file in (*FILES, "sights.npz"):
+        assert (tmp_path / "1" / file).read_bytes() == (tmp_path / "2" / file).read_bytes(), file
+    sights, rows = load_sights(tmp_path / "2"), load_evaluation(tmp_path / "2").rows
     assert sights and all(seen.shape == (rows[index]["steps"] + 1, 2, 2, 2, 3) for index, seen in sights.items())
-    assert load_sights(tmp_path / "blind2") == {}
+
+
+def test_an_agent_without_light_leaves_no_readings(evaluated):
+    assert load_sights(evaluated.directory) == {}
 
 
 def test_what_a_worker_meets_is_told(questions, target, monkeypatch, tmp_path):

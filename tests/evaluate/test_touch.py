@@ -75,7 +75,7 @@ def test_rows_do_not_depend_on_the_number_of_slots(plane, name):
     def play(count):
         slots, seen = plane(count), {}
         observe = slots.observe
-        slots.observe = lambda: {**observe(), "gps": slots.positions[:, [0, 2]].astype(np.float32)}
+        slots.observe = lambda who: {**observe(who), "gps": slots.positions[who][:, [0, 2]].astype(np.float32)}
         agent = reference_agent(name, lambda: None, num_slots=count)
         play_episodes(slots, agent, range(40), 0, lambda played: seen.update({played.index: played.trajectory.actions}))
         return seen
