@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.errors import ConfigError
 from prnav.evaluate.agents import REFERENCE_AGENTS
 from prnav.files import write_text
@@ -38,14 +38,18 @@ def parser() -> argparse.ArgumentParser:
     who.add_argument("--run", metavar="DIR", help="directory of a training run: its last checkpoint acts")
     who.add_argument("--agent", choices=REFERENCE_AGENTS, help="a reference agent")
     what = p.add_argument_group("episodes")
-    what.add_argument("--split", help="built-in split: train, val or test (default: test; with --run the run's own)")
+    what.add_argument(
+        "--split",
+        help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
+        "(default: val)",
+    )
     what.add_argument("--episodes", type=_positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
     what.add_argument(
         "--episodes-file",
         metavar="PATH",
         help="Habitat PointNav episodes: a file, or a folder with --split in it",
     )
-    what.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes-file are")
+    add_data_options(what, "folder with scene_datasets/ in it, or one under which the scenes of --episodes-file are")
     what.add_argument("--scene", metavar="FILE", action="append", default=[], help="mesh that they name (repeatable)")
     what.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     how = p.add_argument_group("how")
@@ -119,21 +123,28 @@ def _environment(options: argparse.Namespace, run: TrainedRun | None) -> EnvConf
     """The run's environment, or the default one, with the episodes that were asked for."""
     from prnav.env import EnvConfig
 
+    check_data_options(options)
     config = EnvConfig(scenes="test", vision=False) if run is None else run.config.env
     changes: dict[str, object] = {}
-    if options.episodes_file is not None:
-        changes |= {"episodes": options.episodes_file, "episode_split": options.split, "scene_files": ()}
-        changes |= {"data_root": None, "up": "y"}
+    if options.episodes_file is not None or options.data is not None:
+        split = options.split if options.episodes_file is not None else options.split or "val"
+        changes |= {"episodes": options.episodes_file, "episode_split": split, "scene_files": ()}
+        changes |= {"data": options.data, "data_root": None, "up": "y", "navmesh_files": options.navmesh != "build"}
+    elif options.split is not None and config.data is not None:
+        changes["episode_split"] = options.split
     elif options.split is not None:
         from prnav.scene import scene_ids
 
         scene_ids(options.split)  # refuses a split that is none
-        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None}
+        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None, "data": None}
     if options.data_root is not None:
         changes["data_root"] = options.data_root
     if options.scene:
         changes["scene_files"] = tuple(options.scene)
-    if (options.data_root or options.scene) and (changes.get("episodes") or config.episodes) is None:
+    if options.scene and changes.get("data", config.data) is not None:
+        raise ConfigError("--scene and --data both say where scenes are: give one of them")
+    no_data = changes.get("data", config.data) is None
+    if (options.data_root or options.scene) and no_data and (changes.get("episodes") or config.episodes) is None:
         raise ConfigError("--scene and --data-root say where the scenes of episode files are: give --episodes-file too")
     return dataclasses.replace(config, **changes)  # type: ignore[arg-type]
 
@@ -177,6 +188,10 @@ def _print(evaluation: Evaluation, console: Console) -> None:
     head = evaluation.header
     title = f"{evaluation.label} on {head['split']}, {head['episodes']} episodes"
     console.print(results_table(title, intervals_of(head)))
+    origins = list(head.get("navmeshes", {}).values())
+    if any(origin != "built" for origin in origins):
+        files = sum(origin != "built" for origin in origins)
+        console.print(f"navmesh  {files} from files, {len(origins) - files} built", highlight=False)
     console.print(f"records  {evaluation.directory}", highlight=False, soft_wrap=True)
     console.print(f"picture  {evaluation.directory / PICTURE}", highlight=False, soft_wrap=True)
 

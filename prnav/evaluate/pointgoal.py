@@ -55,6 +55,8 @@ def load_questions(
         NavMeshError: a scene has no floor.
     """
     name = config.scenes if config.episodes is None else Path(config.episodes).name
+    if config.data is not None:
+        name = f"{config.data}-{name if config.episodes is not None else config.episode_split or config.scenes}"
     return Questions(name, load_source(config, progress, limit=limit, up=up))
 
 
@@ -70,6 +72,7 @@ def describe(questions: Questions, config: EnvConfig, agent: Agent, seed: int, f
         "seed": seed,
         "split": questions.name,
         "episodes_hash": questions.hash,
+        "navmeshes": navmesh_origins(questions.source),
         "checkpoint": facts,
         "env": {key: settings[key] for key in kept if key in settings},
     }
@@ -127,6 +130,11 @@ def evaluate_pointgoal(
         }
         save_maps(directory, floor_plans(source))
         return writer.finish(source.ids, {"measures": measures})
+
+
+def navmesh_origins(source: EpisodeSource) -> dict[str, str]:
+    """Where the navmesh of each scene is from: "built", or "file NAME"."""
+    return dict(zip(source.world.scene_ids, source.world.navmesh_origins, strict=False))
 
 
 def floor_plans(source: EpisodeSource, metres_per_pixel: float = 0.05) -> list[FloorMap]:

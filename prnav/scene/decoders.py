@@ -54,7 +54,9 @@ def decode_meshopt(data: bytes | memoryview, count: int, stride: int, mode: str,
         raise ValueError(f"{len(data)} bytes cannot hold {count} elements of {stride} bytes")
     module = importlib.import_module("meshopt")
     try:
-        decoded = module.decode_gltf_buffer(bytes(data), count, stride, mode, None if filter_name == "NONE" else filter_name)
+        decoded = module.decode_gltf_buffer(
+            bytes(data), count, stride, mode, None if filter_name == "NONE" else filter_name
+        )
     except Exception as error:  # whatever a library raises for damaged data
         raise ValueError(_line(error)) from error
     result = np.ascontiguousarray(decoded).tobytes()

@@ -39,12 +39,13 @@ _READ = {
 }
 """Extensions that a file may require, besides all of ``KHR_materials_``, which change shading and no geometry."""
 
+_OR = f"{decoders.INSTALL}, or export it"
 _REMEDIES = {
-    "EXT_meshopt_compression": f"{decoders.INSTALL}, or export it without mesh compression (gltfpack: without -c and -cc)",
-    "KHR_meshopt_compression": f"{decoders.INSTALL}, or export it without mesh compression",
-    "KHR_draco_mesh_compression": f"{decoders.INSTALL}, or export it without Draco compression (Blender: switch off Compression)",
-    "KHR_texture_basisu": f"{decoders.INSTALL}, or export it with PNG or JPEG textures",
-    "GOOGLE_texture_basis": f"{decoders.INSTALL}, or export it with PNG or JPEG textures",
+    "EXT_meshopt_compression": f"{_OR} without mesh compression (gltfpack: without -c and -cc)",
+    "KHR_meshopt_compression": f"{_OR} without mesh compression",
+    "KHR_draco_mesh_compression": f"{_OR} without Draco compression (Blender: switch off Compression)",
+    "KHR_texture_basisu": f"{_OR} with PNG or JPEG textures",
+    "GOOGLE_texture_basis": f"{_OR} with PNG or JPEG textures",
     "EXT_mesh_gpu_instancing": "export it with one node per instance",
 }
 

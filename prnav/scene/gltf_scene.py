@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.scene.gltf import GltfFile
 from prnav.scene import decoders
+from prnav.scene.gltf import GltfFile
 from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
 from prnav.scene.source import MeshSource

@@ -93,14 +93,18 @@ class EncodedImage:
 
     def _checked(self, size: tuple[int, int]) -> tuple[int, int]:
         if max(size) > MAX_SIDE or min(size) < 1:
-            raise SceneError(f"{self.where} has {size[0]} x {size[1]} pixels; valid are 1 to {MAX_SIDE} a side: shrink it")
+            raise SceneError(
+                f"{self.where} has {size[0]} x {size[1]} pixels; valid are 1 to {MAX_SIDE} a side: shrink it"
+            )
         return size
 
     def _too_big(self, error: Exception) -> SceneError:
         return SceneError(f"{self.where} is too big to decode ({error}); shrink it under {MAX_SIDE} a side")
 
     def _broken_basis(self, error: Exception) -> SceneError:
-        return SceneError(f"{self.where} is a Basis texture that cannot be read ({error}); copy or export the file again")
+        return SceneError(
+            f"{self.where} is a Basis texture that cannot be read ({error}); copy or export the file again"
+        )
 
     def _unreadable(self, error: Exception) -> SceneError:
         reason = str(error).split("\n")[0].replace(repr(error), "")

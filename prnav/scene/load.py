@@ -57,9 +57,7 @@ def check_limits(path: str | Path, max_texture_size: int, texture_budget: int) -
     return TextureLimits(max_texture_size, texture_budget)
 
 
-def compose(
-    scene: SceneFile, stage: MeshSource, objects: dict[Path, MeshSource], limits: TextureLimits
-) -> SceneMesh:
+def compose(scene: SceneFile, stage: MeshSource, objects: dict[Path, MeshSource], limits: TextureLimits) -> SceneMesh:
     """Mesh of a stage with the objects that stand in it.
 
     Args:

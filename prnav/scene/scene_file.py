@@ -125,8 +125,9 @@ class SceneFile:
     objects: tuple[PlacedObject, ...] = ()
 
     def describe(self) -> dict[str, Any]:
-        """What counts for the arrays besides the files' bytes; JSON-able."""
-        kept = [dataclasses.asdict(placed) | {"path": placed.path.name} for placed in self.objects]
+        """What counts for the arrays besides the files' bytes, which are numbered as they appear; JSON-able."""
+        files = {path: number for number, path in enumerate(dict.fromkeys(placed.path for placed in self.objects))}
+        kept = [dataclasses.asdict(placed) | {"path": files[placed.path]} for placed in self.objects]
         return {"frame": dataclasses.asdict(self.frame), "objects": kept}
 
 
