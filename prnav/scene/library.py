@@ -15,8 +15,8 @@ from prnav.frames import to_y_up
 from prnav.scene.load import check_limits, compose
 from prnav.scene.mesh import SceneMesh
 from prnav.scene.scene_file import AXES, SceneFile
-from prnav.scene.source import read_source
-from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET
+from prnav.scene.source import MeshSource, read_source
+from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET, TextureLimits
 
 SCENE_VERSION = 3
 """Version of the code from file to arrays: whatever changes the arrays of any file raises it, and caches are redone."""
@@ -54,11 +54,19 @@ def load_scene(
         return _load_built_in(source)
     scene = source if isinstance(source, SceneFile) else SceneFile(Path(source).name, Path(source), AXES[up])
     limits = check_limits(scene.path, max_texture_size, texture_budget)
-    stage = read_source(scene.path)
-    objects = {path: read_source(path) for path in dict.fromkeys(placed.path for placed in scene.objects)}
+    stage, objects = _read_files(scene)
     digests = [file.digest() for file in (stage, *objects.values())]
     key = cache_key(SCENE_VERSION, digests, scene.describe(), max_texture_size, texture_budget)
     return _cached("scene", key, scene.path.name, lambda: compose(scene, stage, objects, limits))
+
+
+def parse_scene(scene: SceneFile) -> SceneMesh:
+    """A scene from its files, past the cache.
+
+    Raises:
+        SceneError: a file that cannot be used.
+    """
+    return compose(scene, *_read_files(scene), TextureLimits())
 
 
 def scene_ids(split: str) -> list[str]:
@@ -119,6 +127,12 @@ def resolve_scene(
 def is_built_in(scene_id: str) -> bool:
     """Whether an id is one of the built-in homes'."""
     return scene_id.startswith(_BUILT_IN)
+
+
+def _read_files(scene: SceneFile) -> tuple[MeshSource, dict[Path, MeshSource]]:
+    """The bytes of a scene's stage and of its objects, each read once."""
+    paths = dict.fromkeys(placed.path for placed in scene.objects)
+    return read_source(scene.path), {path: read_source(path) for path in paths}
 
 
 def _load_built_in(scene_id: str) -> SceneMesh:

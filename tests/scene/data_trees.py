@@ -42,9 +42,8 @@ def write_ply(path: Path, up="y") -> Path:
         " ".join(f"{x:g}" for x in p) + " " + " ".join(map(str, c))
         for p, c in zip(scene.vertices, scene.colors, strict=True)
     ]
-    properties = [f"property float {axis}" for axis in "xyz"] + [
-        f"property uchar {c}" for c in ("red", "green", "blue")
-    ]
+    properties = [f"property float {axis}" for axis in "xyz"]
+    properties += [f"property uchar {color}" for color in ("red", "green", "blue")]
     head = ["ply", "format ascii 1.0", "element vertex 4", *properties, "element face 1"]
     head += ["property list uchar int vertex_indices", "end_header"]
     path.write_text("\n".join([*head, *rows, "4 0 1 2 3", ""]))

@@ -153,9 +153,8 @@ def test_scene_instance_is_its_stage_with_its_objects(tmp_path):
     stage, objects, door = by_color[200, 100, 50], by_color[10, 20, 30], by_color[1, 2, 3]
     assert np.ptp(stage, axis=0) == pytest.approx([6, 0, 4])
     # a quarter turn about y takes x to -z: 1 x 2 becomes 2 x 1, from its corner at (1, 0.5, 1)
-    assert np.stack([objects[:4].min(0), objects[:4].max(0)]) == pytest.approx(
-        np.array([[1, 0.5, 0], [3, 0.5, 1]]), abs=1e-6
-    )
+    turned = np.stack([objects[:4].min(0), objects[:4].max(0)])
+    assert turned == pytest.approx(np.array([[1, 0.5, 0], [3, 0.5, 1]]), abs=1e-6)
     # the centre of the other is where it is put
     assert (objects[4:].min(0) + objects[4:].max(0)) / 2 == pytest.approx([3, 0.5, 1])
     assert np.stack([door.min(0), door.max(0)]) == pytest.approx(np.array([[0, 1, 0], [2, 1, 3]]))
