@@ -1,4 +1,4 @@
-"""Small data sets on disk, laid out as Habitat lays them out."""
+"""Small meshes, and small data sets on disk, laid out as Habitat lays them out."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ import numpy as np
 
 from prnav.scene import SceneMesh, TextureAtlas
 from prnav.scene.export import save_glb
+
+QUAD = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+QUAD_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+QUAD_FACES = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 
 
 def room(width=6.0, depth=4.0, up="y", color=(200, 100, 50)) -> SceneMesh:

@@ -18,6 +18,12 @@ from prnav.scene.load import load_mesh
 from prnav.scene.source import read_source
 
 
+@pytest.fixture(autouse=True)
+def no_decoders(monkeypatch):
+    """What a compressed file says must not depend on what is installed here."""
+    monkeypatch.setattr("prnav.scene.decoders.available", lambda extension: False)
+
+
 def refuse(path, *texts):
     with pytest.raises(SceneError) as caught:
         load_mesh(read_source(path))
