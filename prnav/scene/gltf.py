@@ -63,6 +63,7 @@ class GltfFile:
         self.document: dict[str, Any] = parse_json(source.path, text)
         self._buffers: dict[int, bytes | memoryview] = {}
         self._decoded: dict[int, bytes] = {}
+        self._lists: dict[str, list[dict[str, Any]]] = {}
         self._check_version()
 
     def fail(self, problem: str, remedy: str = "repair or export the file again") -> NoReturn:
@@ -83,10 +84,12 @@ class GltfFile:
 
     def items(self, kind: str) -> list[dict[str, Any]]:
         """The top-level list ``kind`` of objects."""
-        items = self.document.get(kind, [])
-        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
-            self.fail(f"{kind!r} is not a list of objects")
-        return items
+        if kind not in self._lists:
+            items = self.document.get(kind, [])
+            if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+                self.fail(f"{kind!r} is not a list of objects")
+            self._lists[kind] = items
+        return self._lists[kind]
 
     def table(self, owner: dict[str, Any], key: str, user: str) -> dict[str, Any]:
         """The object under ``key``, {} where there is none."""
