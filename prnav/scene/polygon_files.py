@@ -46,6 +46,7 @@ def polygon_parts(source: MeshSource, textures: Textures) -> list[Part]:
     }
     for image in images.values():
         _ = image.size  # what is no image is refused, used or not
+    parts: list[Part] = []
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -56,18 +57,19 @@ def polygon_parts(source: MeshSource, textures: Textures) -> list[Part]:
                 process=False,
             )
             meshes = [(mesh, loaded.geometry[mesh]) for mesh in loaded.geometry]
+            for _, mesh in sorted(meshes, key=lambda item: item[0]):
+                if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+                    parts.append(_part(source, mesh, images, textures))
+    except SceneError:
+        raise
     except Exception as error:  # whatever a parser trips over in a broken file
         reason = str(error).strip().split("\n")[0] or type(error).__name__
         kind = source.suffix[1:].upper()
         raise SceneError(
-            f"scene {source.path}: not a {kind} that can be read ({reason}); triangulate and export it again"
+            f"scene {source.path}: not a {kind} that can be read ({reason:.300}); triangulate and export it again"
         ) from error
     for name in resolver.missing:
         warnings.warn(f"scene {source.path}: {name!r} is missing, what it colours stays plain", stacklevel=2)
-    parts = []
-    for _, mesh in sorted(meshes, key=lambda item: item[0]):
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_part(source, mesh, images, textures))
     return parts
 
 
@@ -98,6 +100,8 @@ def _part(source: MeshSource, mesh: Any, images: dict[str, EncodedImage], textur
     check_triangles(source.path, len(mesh.faces))
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise SceneError(f"scene {source.path}: its vertices are {vertices.shape}, not x, y and z; export it again")
     if faces.min() < 0 or faces.max() >= len(vertices):
         found = faces.min() if faces.min() < 0 else faces.max()
         raise SceneError(
@@ -119,7 +123,7 @@ def _part(source: MeshSource, mesh: Any, images: dict[str, EncodedImage], textur
         name = source.images[-1]
     color = _diffuse(source.path, material)
     uvs = None if visual.uv is None else np.asarray(visual.uv, np.float64)
-    if name not in images or uvs is None or len(uvs) != len(vertices):
+    if name not in images or uvs is None or uvs.ndim != 2 or len(uvs) != len(vertices) or uvs.shape[1] < 2:
         return Part.of(vertices, faces, None, color, 0)
     if not color.any():
         color = np.ones(3)  # exporters write a black Kd where the image says it all
