@@ -118,7 +118,7 @@ def kind_of(path: Path) -> Kind | None:
         return "config"
     if name.endswith(".json.gz"):
         return "episodes"
-    if name.endswith((".json", ".bin")):
+    if name.endswith((".json", ".bin")) and path.is_file():
         try:
             with open(path, "rb") as file:
                 start = file.read(_PEEK)

@@ -108,6 +108,8 @@ def check_episodes(path: Path, folder: Path, scenes: SceneSet | None) -> list[st
 def answer(request: dict[str, Any], folder: Path, data: str | None, memory: int) -> dict[str, Any]:
     """What a request comes to: {"problem": text or None, "notes": [...]}."""
     path, kind = Path(request["path"]), request["kind"]
+    if path.exists() and not path.is_file():
+        return {"problem": "it is no regular file but a folder, a device or a pipe; put the file itself there"}
     try:
         if kind == "scene" and request["scene_id"] is not None and data is not None:
             notes = check_data_scene(_scene_set(data, folder), request["scene_id"])

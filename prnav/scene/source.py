@@ -6,6 +6,7 @@ import base64
 import binascii
 import hashlib
 import json
+import stat
 import urllib.parse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -154,6 +155,8 @@ def _kinds() -> str:
 
 def _read(path: Path, owner: Path) -> bytes | None:
     try:
+        if not stat.S_ISREG(mode := path.stat().st_mode) and not stat.S_ISDIR(mode):
+            raise OSError(None, "it is a device or a pipe")
         return path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
         return None
