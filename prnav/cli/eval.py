@@ -41,7 +41,7 @@ def parser() -> argparse.ArgumentParser:
     what.add_argument(
         "--split",
         help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
-        "(default: val)",
+        "(default: val), and so for a run that was trained on a data set",
     )
     what.add_argument("--episodes", type=_positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
     what.add_argument(

@@ -13,12 +13,14 @@ import warnings
 import numpy as np
 import pytest
 import trimesh
-from data_trees import write_room
+from data_trees import hssd, write_room
 
 from prnav.episodes.files import load_episodes
 from prnav.errors import EpisodeError, NavMeshError, PrnavError, SceneError
 from prnav.navmesh import NavMesh
+from prnav.scene import open_scene_set
 from prnav.scene.habitat_configs import DatasetConfig
+from prnav.scene.library import parse_scene
 from prnav.scene.load import load_mesh
 from prnav.scene.source import read_source
 
@@ -79,6 +81,15 @@ def load_config(path):
     _ = config.scenes
 
 
+def load_instance(path):
+    root = path.parent.parent.parent.parent
+    parse_scene(open_scene_set("hssd", root).scene("hssd-hab/scenes/102.scene_instance.json"))
+
+
+def load_stage(path):
+    load_instance(path.parent.parent / "scenes" / "102.scene_instance.json")
+
+
 OBJ = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nvt 0 0\nvt 1 1\nusemtl m\nf 1/1 2/2 3/1\nf 2 4 3\n"
 EPISODES = json.dumps(
     {
@@ -120,6 +131,8 @@ KINDS = {
     "episodes": (EpisodeError, load_episodes, "a.json"),
     "packed episodes": (EpisodeError, load_episodes, "a.json.gz"),
     "config": (SceneError, load_config, "a.scene_dataset_config.json"),
+    "scene instance": (SceneError, load_instance, "scene_datasets/hssd-hab/scenes/102.scene_instance.json"),
+    "stage config": (SceneError, load_stage, "scene_datasets/hssd-hab/stages/102.stage_config.json"),
 }
 
 
@@ -145,6 +158,9 @@ def seed_of(kind, quad, tmp_path):
 
         NavMesh.build(room()).save(tmp_path / "seed.navmesh")
         return (tmp_path / "seed.navmesh").read_bytes()
+    if kind in ("scene instance", "stage config"):
+        hssd(tmp_path)
+        return (tmp_path / KINDS[kind][2]).read_bytes()
     if kind == "config":
         write_room(tmp_path / "a.glb")
         return CONFIG
@@ -175,7 +191,7 @@ def fuzz(kind, quad, tmp_path, seed, rounds=None, seconds=None):
         except PrnavError as found:
             raise AssertionError(f"{type(found).__name__} instead of {error.__name__}: {found}") from found
         except BaseException:
-            (tmp_path.parent / f"culprit-{name}").write_bytes(data)
+            (tmp_path.parent / f"culprit-{path.name}").write_bytes(data)
             raise
         slowest = max(slowest, time.process_time() - start)
         done += 1
