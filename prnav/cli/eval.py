@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.errors import ConfigError
 from prnav.evaluate.references import REFERENCE_AGENTS
 from prnav.files import write_text
@@ -58,14 +58,18 @@ def parser() -> argparse.ArgumentParser:
     )
     what = p.add_argument_group("episodes")
     what.add_argument("--task", choices=("pointgoal", "targetnav"), help="of reference agents (default: pointgoal)")
-    what.add_argument("--split", help="built-in split: train, val or test (default: test; with --run the run's own)")
+    what.add_argument(
+        "--split",
+        help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
+        "(default: val), and so for a run that was trained on a data set",
+    )
     what.add_argument("--episodes", type=_positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
     what.add_argument(
         "--episodes-file",
         metavar="PATH",
         help="Habitat PointNav episodes: a file, or a folder with --split in it",
     )
-    what.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes-file are")
+    add_data_options(what, "folder with scene_datasets/ in it, or one under which the scenes of --episodes-file are")
     what.add_argument("--scene", metavar="FILE", action="append", default=[], help="mesh that they name (repeatable)")
     what.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     what.add_argument(
@@ -223,25 +227,37 @@ def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str
     from prnav.env import EnvConfig
     from prnav.tasks import TargetNavConfig
 
+    check_data_options(options)
     if isinstance(agent, str):
         rules = TargetNavConfig() if task == "targetnav" else None
         config = EnvConfig(scenes="test", vision=False, targetnav=rules)
     else:
         config = agent.config.env
     changes: dict[str, object] = {}
-    if options.episodes_file is not None:
-        changes |= {"episodes": options.episodes_file, "episode_split": options.split, "scene_files": ()}
-        changes |= {"data_root": None, "up": "y"}
+    if options.episodes_file is not None or options.data is not None:
+        split = options.split if options.episodes_file is not None else options.split or "val"
+        changes |= {"episodes": options.episodes_file, "episode_split": split, "scene_files": ()}
+        changes |= {
+            "data": options.data,
+            "data_root": None,
+            "up": "y",
+            "navmesh_files": options.navmesh_from != "build",
+        }
+    elif options.split is not None and config.data is not None:
+        changes["episode_split"] = options.split
     elif options.split is not None:
         from prnav.scene import scene_ids
 
         scene_ids(options.split)  # refuses a split that is none
-        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None}
+        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None, "data": None}
     if options.data_root is not None:
         changes["data_root"] = options.data_root
     if options.scene:
         changes["scene_files"] = tuple(options.scene)
-    if (options.data_root or options.scene) and (changes.get("episodes") or config.episodes) is None:
+    if options.scene and changes.get("data", config.data) is not None:
+        raise ConfigError("--scene and --data both say where scenes are: give one of them")
+    no_data = changes.get("data", config.data) is None
+    if (options.data_root or options.scene) and no_data and (changes.get("episodes") or config.episodes) is None:
         raise ConfigError("--scene and --data-root say where the scenes of episode files are: give --episodes-file too")
     if options.target is not None:
         if config.targetnav is None:
@@ -297,6 +313,10 @@ def _print_results(evaluation: Evaluation, console: Console) -> None:
     head = evaluation.header
     title = f"{evaluation.label} on {head['split']}, {head['episodes']} episodes"
     console.print(results_table(title, intervals_of(head)))
+    origins = list(head.get("navmeshes", {}).values())
+    if any(origin != "built" for origin in origins):
+        files = sum(origin != "built" for origin in origins)
+        console.print(f"navmesh  {files} from files, {len(origins) - files} built", highlight=False)
 
 
 def _print(evaluation: Evaluation, console: Console) -> None:

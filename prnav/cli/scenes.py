@@ -5,11 +5,16 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.cli._scene_views import contact_sheet, floor_levels, floor_map, views
 from prnav.errors import NavMeshError, SceneError
-from prnav.scene import load_scene, scene_ids
+from prnav.scene import DATA_SETS, SceneFile, SceneMesh, load_scene, open_scene_set, scene_ids
+
+if TYPE_CHECKING:
+    from prnav.episodes.check_files import Report
+    from prnav.navmesh import NavMesh
 
 _SPLITS = ("train", "val", "test")
 
@@ -20,8 +25,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="prnav-scenes", description="Built-in homes and mesh files.")
     commands = parser.add_subparsers(dest="command", required=True)
 
-    sub = commands.add_parser("list", help="ids of the built-in homes")
-    sub.add_argument("--split", choices=_SPLITS)
+    sub = commands.add_parser("list", help="ids of the built-in homes, or of a data set's scenes")
+    sub.add_argument("--split", help="train, val or test; with --data a split folder of the set (hm3d)")
+    _add_data(sub)
     sub.set_defaults(run=_list)
 
     sub = commands.add_parser("generate", help="make the built-in homes, keep them in the cache and check their hashes")
@@ -54,14 +60,98 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub.add_argument("--size", type=int, default=320, help="pixels of each picture on the sheet (default: 320)")
     sub.set_defaults(run=_card)
 
+    sub = commands.add_parser("check", help="try every scene, navmesh and episode file of a folder, in one pass")
+    sub.add_argument("folder", metavar="DIR", type=Path, help="folder to search; with --data the data root")
+    sub.add_argument("--data", choices=DATA_SETS, help="only this data set under DIR, with its configs and navmeshes")
+    sub.add_argument("--json", metavar="FILE", type=Path, help="also write what was found as JSON")
+    sub.add_argument("--timeout", metavar="S", type=float, default=300.0, help="seconds for a file (default: 300)")
+    sub.add_argument("--memory", metavar="GB", type=float, default=4.0, help="memory for a file (default: 4)")
+    sub.add_argument("--workers", metavar="N", type=int, default=1, help="files at once (default: 1)")
+    sub.set_defaults(run=_check)
+
     arguments = parser.parse_args(argv)
-    arguments.run(arguments)
-    return 0
+    status: int | None = arguments.run(arguments)
+    return status or 0
 
 
 def _add_source(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", help="id of a built-in home (prhouses/test/00) or a mesh file")
+    parser.add_argument(
+        "scene", help="id of a built-in home (prhouses/test/00), a mesh file, or with --data a scene of the set"
+    )
     parser.add_argument("--up", default="y", choices=("y", "z"), help="up axis of a file (default: y)")
+    _add_data(parser)
+
+
+def _add_data(parser: argparse.ArgumentParser) -> None:
+    add_data_options(parser, "folder with scene_datasets/ in it")
+
+
+def _place(arguments: argparse.Namespace) -> str | SceneFile:
+    check_data_options(arguments)
+    if arguments.data is None:
+        scene: str = arguments.scene
+        return scene
+    return open_scene_set(arguments.data, arguments.data_root).scene(arguments.scene)
+
+
+def _open(arguments: argparse.Namespace) -> SceneMesh:
+    return load_scene(_place(arguments), arguments.up)
+
+
+def _open_navmesh(arguments: argparse.Namespace, scene: SceneMesh) -> tuple[NavMesh, str]:
+    """Navmesh of the scene that was asked for, and where it is from."""
+    from prnav.navmesh import NavMeshSettings, load_navmesh, scene_navmesh
+
+    place = _place(arguments)
+    if isinstance(place, SceneFile):
+        return scene_navmesh(place, scene, NavMeshSettings(), arguments.navmesh_from != "build")
+    return load_navmesh(scene), "built"
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    import json
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from prnav.episodes.check_files import CheckLimits, check_tasks, find_tasks
+    from prnav.files import write_text
+    from prnav.version import __version__
+
+    limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers)
+    tasks = find_tasks(arguments.folder, arguments.data)
+    console = Console(stderr=True)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+        task = bars.add_task("", total=len(tasks))
+
+        def show(report: Report) -> None:
+            bars.update(task, advance=1, description=report.path)
+            if report.problem is not None:
+                print(f"broken  {report.path}: {report.problem}")
+            elif any("not here" in note for note in report.notes):
+                print(f"note    {report.path}: {'; '.join(report.notes)}")
+
+        reports = check_tasks(tasks, arguments.folder, arguments.data, limits, show)
+    summary = _summary(reports)
+    if arguments.json is not None:
+        found = {"version": __version__, "folder": str(arguments.folder), "data": arguments.data, "summary": summary}
+        write_text(arguments.json, json.dumps(found | {"files": [r.to_record() for r in reports]}, indent=1) + "\n")
+    for kind, (good, broken) in summary.items():
+        print(f"{kind:9} {good + broken:6,} tried, {broken:,} broken")
+    return 1 if any(broken for _, broken in summary.values()) else 0
+
+
+def _summary(reports: Sequence[Report]) -> dict[str, tuple[int, int]]:
+    """Good and broken files by kind, those kinds that there are."""
+    kinds = dict.fromkeys(sorted(report.kind for report in reports))
+    return {
+        kind: (
+            sum(report.kind == kind and report.problem is None for report in reports),
+            sum(report.kind == kind and report.problem is not None for report in reports),
+        )
+        for kind in kinds
+    }
 
 
 def _ids(split: str | None) -> list[str]:
@@ -69,6 +159,11 @@ def _ids(split: str | None) -> list[str]:
 
 
 def _list(arguments: argparse.Namespace) -> None:
+    check_data_options(arguments)
+    if arguments.data is not None:
+        for name in open_scene_set(arguments.data, arguments.data_root).scene_ids(arguments.split):
+            print(name)
+        return
     from prnav.scene.houses.manifest import house_ids
 
     seeds = house_ids()
@@ -103,7 +198,7 @@ def _generate(arguments: argparse.Namespace) -> None:
 
 
 def _info(arguments: argparse.Namespace) -> None:
-    scene = load_scene(arguments.scene, arguments.up)
+    scene = _open(arguments)
     low, high = scene.bounds
     size = " x ".join(f"{value:.2f}" for value in high - low)
     texels = scene.atlas.texels.nbytes
@@ -113,10 +208,8 @@ def _info(arguments: argparse.Namespace) -> None:
     print(f"size       {size} m (x, y, z), from ({', '.join(f'{value:.2f}' for value in low)})")
     print(f"textures   {scene.atlas.num_textures - 1}, {texels:,} bytes ({texels / 1e6:.1f} MB) with mip levels")
     _info_plan(arguments.scene)
-    from prnav.navmesh import load_navmesh
-
     try:
-        navmesh = load_navmesh(scene)
+        navmesh, origin = _open_navmesh(arguments, scene)
     except NavMeshError as error:
         print(f"walkable   nothing: {error}")
         return
@@ -124,6 +217,7 @@ def _info(arguments: argparse.Namespace) -> None:
     share = 100.0 * areas[0] / sum(areas)
     print(f"floors at  {', '.join(f'{level:.1f}' for level in floor_levels(navmesh))} m")
     print(f"walkable   {sum(areas):.1f} m2 on {len(areas)} islands, {share:.1f} % on the largest")
+    print(f"navmesh    {origin}")
     if len(areas) > 1:
         print(f"islands    {', '.join(f'{area:.1f}' for area in areas[:8])}{' ...' if len(areas) > 8 else ''} m2")
 
@@ -149,7 +243,7 @@ def _export(arguments: argparse.Namespace) -> None:
 
     if arguments.out.suffix.lower() != ".glb":
         raise SceneError(f"{arguments.out}: the name must end in .glb")
-    scene = load_scene(arguments.scene, arguments.up)
+    scene = _open(arguments)
     save_glb(scene, arguments.out)
     print(f"{arguments.out}: {len(scene.faces):,} triangles, {arguments.out.stat().st_size / 1e6:.1f} MB")
 
@@ -158,7 +252,6 @@ def _preview(arguments: argparse.Namespace) -> None:
     from PIL import Image
 
     from prnav.files import atomic_path
-    from prnav.navmesh import load_navmesh
 
     if arguments.views < 1 or arguments.size < 16:
         raise SceneError(f"--views {arguments.views} --size {arguments.size}: at least 1 view of 16 pixels")
@@ -167,8 +260,8 @@ def _preview(arguments: argparse.Namespace) -> None:
     if arguments.navmesh:
         _preview_navmesh(arguments)
         return
-    scene = load_scene(arguments.scene, arguments.up)
-    navmesh = load_navmesh(scene)
+    scene = _open(arguments)
+    navmesh, _ = _open_navmesh(arguments, scene)
     maps = [floor_map(navmesh, level, arguments.size) for level in floor_levels(navmesh)]
     sheet = contact_sheet([*maps, *views(scene, navmesh, arguments.views, arguments.size, arguments.seed)])
     with atomic_path(arguments.out) as temporary:
@@ -178,14 +271,14 @@ def _preview(arguments: argparse.Namespace) -> None:
 
 def _preview_navmesh(arguments: argparse.Namespace) -> None:
     from prnav.cli._navmesh_picture import save_navmesh_picture
-    from prnav.navmesh import NavMesh, load_navmesh
+    from prnav.navmesh import NavMesh
 
     if arguments.seed < 0:
         raise SceneError(f"--seed {arguments.seed}: at least 0")
     if arguments.scene.lower().endswith(".navmesh"):
         navmesh = NavMesh.load(arguments.scene)
     else:
-        navmesh = load_navmesh(load_scene(arguments.scene, arguments.up))
+        navmesh, _ = _open_navmesh(arguments, _open(arguments))
     title = arguments.scene if arguments.scene in _ids(None) else Path(arguments.scene).name
     storeys = save_navmesh_picture(navmesh, title, arguments.out, arguments.seed)
     print(f"{arguments.out}: {storeys} storey{'s' * (storeys != 1)}, {len(navmesh.islands)} islands")

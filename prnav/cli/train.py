@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
     data = p.add_argument_group("data")
     data.add_argument("--episodes", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
-    data.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes are")
+    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes are")
     data.add_argument("--scene", metavar="FILE", action="append", help="mesh that the episodes name (repeatable)")
     data.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     return p
@@ -85,7 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         data=data_facts(envs),
     )
     try:
-        for line in opening(config, trainer.step, folder.path):
+        for line in opening(config, trainer.step, folder.path, envs.slots.source.world.navmesh_origins):
             console.print(line, soft_wrap=True)
         with board:
             stopped = trainer.train()
@@ -100,6 +100,7 @@ def configure(options: argparse.Namespace) -> TrainConfig:
     """The run's config: a file's, or, when a run is resumed without one, the run's own; then the command line's."""
     from prnav.train import load_train_config, without_readings
 
+    check_data_options(options)
     settings = list(options.settings)
     for key, value in (("total_steps", options.steps), ("seed", options.seed)):
         if value is not None:
@@ -107,11 +108,16 @@ def configure(options: argparse.Namespace) -> TrainConfig:
     for key, text in (
         ("env.episodes", options.episodes),
         ("env.episode_split", options.split),
+        ("env.data", options.data),
         ("env.data_root", options.data_root),
         ("env.up", options.up),
     ):
         if text is not None:
             settings.append(f"{key}={_quoted(text)}")
+    if options.navmesh_from is not None:
+        settings.append(f"env.navmesh_files={'true' if options.navmesh_from == 'file' else 'false'}")
+    if options.scene and options.data is not None:
+        raise ConfigError("--scene and --data both say where scenes are: give one of them")
     if options.scene:
         settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
     own = Path(options.run) / "config.toml" if options.run and options.resume else None
@@ -161,6 +167,7 @@ def load_environments(config: TrainConfig, console: Console) -> NavigationVector
 def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     """What the run is made from: hashes of its scenes, its episodes and their file."""
     from prnav.cache import hash_arrays
+    from prnav.env.episode_source import episode_path
     from prnav.evaluate.benchmark import benchmark_of
     from prnav.files import sha256_file
 
@@ -170,19 +177,25 @@ def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
         "episodes": len(source),
         "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
         "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},
+        "navmeshes": dict(zip(source.world.scene_ids, source.world.navmesh_origins, strict=False)),
     }
-    if envs.config.episodes is not None and Path(envs.config.episodes).is_file():
-        facts["file"] = {"name": Path(envs.config.episodes).name, "sha256": sha256_file(envs.config.episodes)}
+    path = episode_path(envs.config)
+    if path is not None and Path(path).is_file():
+        facts["file"] = {"name": Path(path).name, "sha256": sha256_file(path)}
     return facts
 
 
-def opening(config: TrainConfig, step: int, folder: Path) -> list[str]:
-    """What is about to be done."""
+def opening(config: TrainConfig, step: int, folder: Path, navmeshes: Sequence[str] = ()) -> list[str]:
+    """What is about to be done; ``navmeshes`` says where those of a data set's scenes are from."""
     warm = config.imitation.steps
     plan = f"imitate the shortest-path oracle for {warm:,} steps (warm start), then PPO" if warm else "PPO from scratch"
     first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {config.num_envs} environments"
     second = f"plan: {plan}, {config.total_steps:,} steps in all"
-    return [first, second, f"resumed at step {step:,}"] if step else [first, second]
+    lines = [first, second]
+    if config.env.data is not None:
+        files = sum(origin != "built" for origin in navmeshes)
+        lines.append(f"navmeshes of {config.env.data}: {files} from files, {len(navmeshes) - files} built")
+    return [*lines, f"resumed at step {step:,}"] if step else lines
 
 
 def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stopped: str | None) -> list[str]:
@@ -194,7 +207,7 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
             f"go on with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
-    where = "" if config.env.episodes else " --split test"
+    where = "" if config.env.episodes else " --split test" if config.env.data is None else " --split val"
     return [
         f"trained {step:,} steps in {seconds / 60:.1f} min ({rate}); {learnt}",
         f"evaluate with: prnav-eval --run {folder}{where}",

@@ -19,14 +19,15 @@ import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from prnav.episodes.builtin import make_header
 from prnav.episodes.files import content_names, read_header, write_episode_stream
 from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
-from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh
-from prnav.scene import load_scene
+from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
+from prnav.navmesh.beside import BUILT, navmesh_origin
+from prnav.scene import SceneFile, load_scene
 
 Progress = Callable[[str, int], object]
 """Called with a scene's id and how many more of its episodes are there."""
@@ -39,28 +40,34 @@ class BulkConfig:
     per_scene: int  #: episodes
     seed: int = 0
     up: str = "y"  #: up axis of mesh files
+    data: str | None = None  #: data set that the scenes belong to
+    navmesh_files: bool = True  #: take the navmesh beside a data set's scene where there is one
     navmesh: NavMeshSettings = NavMeshSettings()
     limits: GenerationConfig = GenerationConfig()
 
 
+class Written(NamedTuple):
+    """What :func:`generate_files` did."""
+
+    kept: int  #: scenes that were there already
+    origins: dict[str, str]  #: per scene id, where its navmesh is from: "built", or "file NAME"
+
+
 def generate_files(
-    sources: Mapping[str, str],
+    sources: Mapping[str, Source],
     path: Path,
     config: BulkConfig,
     workers: int | None = None,
     progress: Progress | None = None,
-) -> int:
+) -> Written:
     """Write a data set of several scenes in Habitat's ``content/`` layout; scenes that are there already are kept.
 
     Args:
-        sources: per scene id, the mesh file or the built-in home.
+        sources: per scene id, the mesh file, the built-in home or the scene of a data set.
         path: the split file.
         config: what to draw.
         workers: processes; by default one per core that this process may use.
         progress: called as episodes are written.
-
-    Returns:
-        How many scenes were there already.
 
     Raises:
         PrnavError: a scene cannot be read, or has no episodes.
@@ -75,6 +82,7 @@ def generate_files(
         path.unlink(missing_ok=True)  # a data set is there when its split file is
     _remove_parts(files.values())
     jobs = [(scene_id, source, files[scene_id]) for scene_id, source in sources.items()]
+    origins = {scene_id: _origin(source, config) for scene_id, source in sources.items()}
     hashes: dict[str, str] = {}
     kept: list[str] = []
 
@@ -97,12 +105,14 @@ def generate_files(
     finally:
         _remove_parts(files.values())
     if not alone:
-        header = make_header(config.navmesh, config.up, config.seed, {name: hashes[name] for name in sources})
-        write_episode_stream(path, header, ())
-    return len(kept)
+        write_episode_stream(path, _header(config, {name: hashes[name] for name in sources}, origins), ())
+    return Written(len(kept), origins)
 
 
-Job = tuple[str, str, Path]
+Source = str | SceneFile
+"""A mesh file, a built-in home, or a scene of a data set."""
+
+Job = tuple[str, Source, Path]
 """Id, source and file of a scene."""
 
 Note = Callable[[str, str, Any], object]
@@ -113,13 +123,16 @@ def _draw(job: Job, config: BulkConfig, note: Note) -> None:
     """Write one scene's file, unless it is there."""
     scene_id, source, file = job
     scene = load_scene(source, config.up)
-    header = make_header(config.navmesh, config.up, config.seed, {scene_id: scene.hash})
+    header = _header(config, {scene_id: scene.hash}, {scene_id: _origin(source, config)})
     header["prnav"] |= {"builder": BUILDER_VERSION, "per_scene": config.per_scene}
     header["prnav"]["limits"] = dataclasses.asdict(config.limits)
     if read_header(file) == header:
         note("kept", scene_id, config.per_scene)
     else:
-        navmesh = load_navmesh(scene, config.navmesh)
+        if isinstance(source, SceneFile):
+            navmesh, _ = scene_navmesh(source, scene, config.navmesh, config.navmesh_files)
+        else:
+            navmesh = load_navmesh(scene, config.navmesh)
 
         def records() -> Iterator[str]:
             for table in generate_chunks(navmesh, scene_id, config.per_scene, config.seed, config.limits):
@@ -128,6 +141,18 @@ def _draw(job: Job, config: BulkConfig, note: Note) -> None:
 
         write_episode_stream(file, header, records())
     note("done", scene_id, scene.hash)
+
+
+def _origin(source: Source, config: BulkConfig) -> str:
+    return navmesh_origin(source, config.navmesh_files) if isinstance(source, SceneFile) else BUILT
+
+
+def _header(config: BulkConfig, hashes: Mapping[str, str], origins: Mapping[str, str]) -> dict[str, Any]:
+    """Header of a file with these scenes' episodes."""
+    header = make_header(config.navmesh, config.up, config.seed, dict(hashes))
+    if config.data is not None:
+        header["prnav"] |= {"data": config.data, "navmeshes": dict(origins)}
+    return header
 
 
 def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) -> None:

@@ -10,6 +10,7 @@ import gzip
 import io
 import itertools
 import json
+import os
 import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -106,7 +107,8 @@ def _read_bounded(path: Path) -> bytes:
     """Unpacked bytes of a gzip or plain file."""
     try:
         with open(path, "rb") as file:
-            packed = file.read(MAX_BYTES + 1)
+            size = os.fstat(file.fileno()).st_size  # read(n) sets n bytes aside, however few there are
+            packed = file.read(min(size, MAX_BYTES) + 1)
     except OSError as error:
         raise EpisodeError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not packed.startswith(b"\x1f\x8b"):

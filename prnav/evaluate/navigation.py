@@ -96,6 +96,8 @@ def load_questions(
         NavMeshError: a scene has no floor.
     """
     name = config.scenes if config.episodes is None else Path(config.episodes).name
+    if config.data is not None:
+        name = f"{config.data}-{name if config.episodes is not None else config.episode_split or config.scenes}"
     return Questions(name, load_source(config, progress, limit=limit, up=up), config, limit, up)
 
 
@@ -123,6 +125,7 @@ def describe(
         "sliding": config.sim.sliding,
         "body": body,
         "design": sensors if config.vision else None,
+        "navmeshes": navmesh_origins(questions.source),
         "checkpoint": facts,
         "rules": to_mapping(config.rules),
         "env": {key: settings[key] for key in kept if key in settings},
@@ -194,6 +197,11 @@ def evaluate_navigation(
         finished = writer.finish(source.ids, {"measures": measures})
     record_sights(finished, slots)
     return finished
+
+
+def navmesh_origins(source: EpisodeSource) -> dict[str, str]:
+    """Where the navmesh of each scene is from: "built", or "file NAME"."""
+    return dict(zip(source.world.scene_ids, source.world.navmesh_origins, strict=False))
 
 
 def floor_plans(source: EpisodeSource, metres_per_pixel: float = 0.05) -> list[FloorMap]:

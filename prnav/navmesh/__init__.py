@@ -10,6 +10,7 @@ A chapter in four parts, to be read in this order; ``docs/navmesh.md`` is its in
 4. What users call: :mod:`.queries`, :mod:`.pairs`, :mod:`.navmesh`, :mod:`.navmesh_set`, :mod:`.goal_fields`.
 """
 
+from prnav.navmesh.beside import scene_navmesh
 from prnav.navmesh.goal_fields import GoalFields
 from prnav.navmesh.navmesh import BUILDER_VERSION, FloorPoints, Island, NavMesh, load_navmesh
 from prnav.navmesh.navmesh_set import NavMeshSet
@@ -26,4 +27,5 @@ __all__ = [
     "NavMeshSettings",
     "PolyMesh",
     "load_navmesh",
+    "scene_navmesh",
 ]

@@ -36,7 +36,7 @@ def sources(tmp_path_factory):
 @pytest.fixture(scope="module")
 def drawn(sources, tmp_path_factory):
     path = tmp_path_factory.mktemp("drawn") / "s.json.gz"
-    assert generate_files(sources, path, CONFIG, workers=1) == 0
+    assert generate_files(sources, path, CONFIG, workers=1).kept == 0
     return path
 
 
@@ -94,7 +94,8 @@ def test_each_scene_has_its_file_and_all_are_read(sources, drawn):
 def test_processes_write_the_same_files(sources, drawn, tmp_path):
     seen = []
     assert (
-        generate_files(sources, tmp_path / "s.json.gz", CONFIG, 2, lambda name, count: seen.append((name, count))) == 0
+        generate_files(sources, tmp_path / "s.json.gz", CONFIG, 2, lambda name, count: seen.append((name, count))).kept
+        == 0
     )
     assert contents(tmp_path / "s.json.gz") == contents(drawn)
     assert sorted(seen) == [(name, 70) for name in sources]
@@ -115,7 +116,7 @@ def test_what_was_done_before_an_interruption_is_kept(sources, drawn, tmp_path):
         load_episodes(tmp_path)
     (content / ".1.json.gz.abc.tmp.gz").write_bytes(b"left by a killed process")
     before = (content / "0.json.gz").stat().st_mtime_ns
-    assert generate_files(sources, path, CONFIG, 1) == 1
+    assert generate_files(sources, path, CONFIG, 1).kept == 1
     assert (content / "0.json.gz").stat().st_mtime_ns == before
     assert contents(path) == contents(drawn)
 
@@ -126,13 +127,13 @@ def test_files_drawn_otherwise_are_drawn_anew(sources, drawn, tmp_path, change):
     (tmp_path / "content").mkdir()
     for name, data in contents(drawn).items():
         (path if name == path.name else tmp_path / "content" / name).write_bytes(data)
-    assert generate_files(sources, path, CONFIG, 1) == 3
+    assert generate_files(sources, path, CONFIG, 1).kept == 3
     config = BulkConfig(**{"per_scene": 70, "seed": 2, **change})
     if "up" in change:  # these floors stand upright then
         with pytest.raises(NavMeshError, match="no floor that a body of radius"):
             generate_files(sources, path, config, 1)
         return
-    assert generate_files(sources, path, config, 1) == 0
+    assert generate_files(sources, path, config, 1).kept == 0
     assert len(load_episode_table(path)[0]) == 3 * config.per_scene
 
 
