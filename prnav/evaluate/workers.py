@@ -7,8 +7,10 @@ says, so that nobody waits for a fixed share to end; finished episodes come back
 from __future__ import annotations
 
 import multiprocessing
+import os
 import queue
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
 from typing import TYPE_CHECKING, Any
@@ -83,6 +85,7 @@ def _work(
     from prnav.env.episode_source import load_source
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         config, limit, up = asked
         slots, agent = player.build(load_source(config, limit=limit, up=up), num_slots)
@@ -93,10 +96,17 @@ def _work(
     answers.join_thread()
 
 
-def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:
-    """Episodes that no other worker has taken, until there are none or the parent is gone."""
+def _end_with_parent() -> None:
+    """End this process at once when the parent is gone, however it went: nobody is left to take an answer."""
     parent = multiprocessing.parent_process()
-    while parent is None or parent.is_alive():
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:
+    """Episodes that no other worker has taken."""
+    while True:
         with counter.get_lock():
             place = counter.value
             counter.value += 1

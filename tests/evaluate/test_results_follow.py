@@ -4,6 +4,9 @@ import dataclasses
 import importlib.util
 import json
 import shutil
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -193,3 +196,29 @@ def test_a_recipe_forgets_name_and_seed_alone(run):
     config = run.load_config()
     assert recipe(dataclasses.replace(config, seed=5, name="other", threads=1)) == recipe(config)
     assert recipe(dataclasses.replace(config, total_steps=5)) != recipe(config)
+
+
+@pytest.mark.slow
+def test_a_killed_evaluation_leaves_no_worker_and_goes_on(questions, target, tmp_path):
+    """Kill the command while two workers play; nothing of it stays, and the same command ends with the same bytes."""
+    asked = ["--agent", "random", "--task", "targetnav", "--split", "val", "--episodes", "160", "--workers", "2"]
+    command = [sys.executable, "-m", "prnav.cli.eval", *asked, "--out", str(tmp_path / "killed")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    records = tmp_path / "killed" / "records.jsonl"
+    while not (records.exists() and records.stat().st_size) and process.poll() is None:
+        time.sleep(0.05)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    assert process.poll() is None and len(children) >= 2
+    process.kill()
+    process.communicate()
+    for _ in range(200):
+        if not any(Path(f"/proc/{child}").exists() for child in children):
+            break
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{child}").exists() for child in children)
+    assert 0 < len(records.read_text().splitlines()) < 160
+    subprocess.run(command, check=True, capture_output=True)
+    whole = [*command[:-3], "1", "--out", str(tmp_path / "whole")]
+    subprocess.run(whole, check=True, capture_output=True)
+    for file in FILES:
+        assert (tmp_path / "killed" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes(), file
