@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -12,10 +13,23 @@ from prnav.render.rays import Views
 Float32 = NDArray[np.float32]
 
 
+@dataclass(frozen=True, eq=False)
+class EngineOptions:
+    """What an engine is made with, apart from its scenes."""
+
+    background: NDArray[np.float64]
+    """Colour of misses, 0 to 1, (3,)."""
+    sphere_color: NDArray[np.float64]
+    """Colour of spheres, 0 to 1, (3,)."""
+    device: str = "cpu"
+    memory: float = 8e9
+    """Bytes that prepared scenes may take; see :class:`prnav.render.residents.Residents`."""
+
+
 class Engine(Protocol):
     """Light and depth of views in scenes; ``scene_of_view`` (M,) are indices into the engine's scenes.
 
-    Engines are made from the scenes, the colour of misses and the colour of spheres (both 0 to 1).
+    Engines are made from the scenes and an :class:`EngineOptions`.
     """
 
     name: str

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import RenderError
-from prnav.render.engine import Float32
+from prnav.render.engine import EngineOptions, Float32
 from prnav.render.rays import Float64, Views
 
 if TYPE_CHECKING:
@@ -43,11 +43,11 @@ class GlEngine:
 
     name = ""
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], options: EngineOptions) -> None:
         self._pyrender = load_pyrender(self.name)
         self._meshes = scenes
-        self._background = background
-        self._sphere_color = sphere_color
+        self._background = options.background
+        self._sphere_color = options.sphere_color
         self._drawable: dict[int, Any] = {}
         self._ball: Any = None
         self._canvas: Any = None

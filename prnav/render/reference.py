@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.render.charts import coarsest_levels
-from prnav.render.engine import Float32
+from prnav.render.engine import EngineOptions, Float32
 from prnav.render.kernels import LEVEL_BIAS
 from prnav.render.rays import Float64, Views, view_rays
 
@@ -29,10 +29,10 @@ class ReferenceEngine:
 
     name = "reference"
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], options: EngineOptions) -> None:
         self._scenes = scenes
-        self._background = background
-        self._sphere_color = sphere_color
+        self._background = options.background
+        self._sphere_color = options.sphere_color
 
     def radiance(
         self,

@@ -1,4 +1,4 @@
-"""The CPU engine against brute force, and the laws any engine keeps."""
+"""The engines that cast rays, against brute force, and the laws any engine keeps."""
 
 import dataclasses
 
@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from prnav.render import Renderer
-from prnav.render.cpu import EmbreeEngine
 from prnav.render.rays import sensor_views, view_rays
 from prnav.render.reference import intersect
 
 
-def test_hits_are_those_of_brute_force(room, batch):
+def test_hits_are_those_of_brute_force(caster, room, batch):
     _, positions, yaws, designs = batch
     views, size = sensor_views(positions, yaws, designs), 16
-    triangle, depth = EmbreeEngine([room], np.zeros(3), np.ones(3)).trace(0, views, size)
+    triangle, depth = caster([room])._engine.trace(0, views, size)
     origins, directions = view_rays(views, size)
     true_triangle, true_depth, _, _ = intersect(room, origins.reshape(-1, 3), directions.reshape(-1, 3))
     true_triangle, true_depth = true_triangle.reshape(triangle.shape), true_depth.reshape(depth.shape)
@@ -28,9 +27,9 @@ def test_hits_are_those_of_brute_force(room, batch):
 
 @pytest.mark.parametrize("pattern", ["grid", "lattice"])
 @pytest.mark.parametrize(("grid", "rays"), [(1, 4), (4, 1), (3, 9)])
-def test_readings_are_those_of_brute_force(rooms, batch, grid, rays, pattern):
+def test_readings_are_those_of_brute_force(caster, rooms, batch, grid, rays, pattern):
     options = {"rays_per_receptor": rays, "background": (0.2, 0.5, 0.9), "pattern": pattern}
-    fast = Renderer(rooms, engine="embree", **options).read(*batch, grid=grid)
+    fast = caster(rooms, **options).read(*batch, grid=grid)
     slow = Renderer(rooms, engine="reference", **options).read(*batch, grid=grid)
     assert fast.shape == slow.shape == (12, 3, grid, grid, 3)
     assert fast.dtype == slow.dtype == np.float32
@@ -39,16 +38,16 @@ def test_readings_are_those_of_brute_force(rooms, batch, grid, rays, pattern):
     assert (error < 0.01).mean() > 0.99  # the rest: rays within rounding of an edge, a texel's border or a level's
 
 
-def test_depth_is_that_of_brute_force(rooms, batch):
-    fast = Renderer(rooms).depth(*batch, size=8)
+def test_depth_is_that_of_brute_force(caster, rooms, batch):
+    fast = caster(rooms).depth(*batch, size=8)
     slow = Renderer(rooms, engine="reference").depth(*batch, size=8)
     np.testing.assert_array_equal(np.isinf(fast), np.isinf(slow))
     np.testing.assert_allclose(fast[np.isfinite(fast)], slow[np.isfinite(slow)], rtol=1e-4)
 
 
-def test_one_reading_does_not_depend_on_its_batch(rooms, batch):
+def test_one_reading_does_not_depend_on_its_batch(caster, rooms, batch):
     scenes, positions, yaws, designs = batch
-    renderer = Renderer(rooms, rays_per_receptor=4)
+    renderer = caster(rooms, rays_per_receptor=4)
     whole = renderer.read(*batch)
     for i in range(len(scenes)):
         alone = renderer.read(scenes[i : i + 1], positions[i : i + 1], yaws[i : i + 1], designs[i : i + 1])
@@ -57,26 +56,26 @@ def test_one_reading_does_not_depend_on_its_batch(rooms, batch):
     np.testing.assert_array_equal(turned[::-1, ::-1], whole)
 
 
-def test_a_big_batch_is_the_same_as_small_ones(rooms, batch):
+def test_a_big_batch_is_the_same_as_small_ones(caster, rooms, batch):
     """More rays than one call of the tracer takes, so that runs end in the middle of views."""
     many = [np.repeat(array, 30, axis=0) for array in batch]
-    renderer = Renderer(rooms, rays_per_receptor=9)
+    renderer = caster(rooms, rays_per_receptor=9)
     np.testing.assert_array_equal(renderer.read(*many, grid=5)[::30], renderer.read(*batch, grid=5))
 
 
-def test_a_coarse_grid_is_the_mean_of_a_finer_one(room, batch):
+def test_a_coarse_grid_is_the_mean_of_a_finer_one(caster, room, batch):
     _, *poses = batch
     scenes = np.zeros(12, int)
-    fine = Renderer([room], rays_per_receptor=4).read(scenes, *poses, grid=8)
-    coarse = Renderer([room], rays_per_receptor=16).read(scenes, *poses, grid=4)
+    fine = caster([room], rays_per_receptor=4).read(scenes, *poses, grid=8)
+    coarse = caster([room], rays_per_receptor=16).read(scenes, *poses, grid=4)
     np.testing.assert_allclose(fine.reshape(12, 3, 4, 2, 4, 2, 3).mean((3, 5)), coarse, atol=1e-6)
-    picture = Renderer([room]).image(scenes, *poses, size=16)
+    picture = caster([room]).image(scenes, *poses, size=16)
     np.testing.assert_allclose(picture.reshape(12, 3, 4, 4, 4, 4, 3).mean((3, 5)), coarse, atol=1e-6)
 
 
-def test_rolling_a_sensor_by_a_quarter_turn_rotates_its_grid(room, batch):
+def test_rolling_a_sensor_by_a_quarter_turn_rotates_its_grid(caster, room, batch):
     _, positions, yaws, designs = batch
-    renderer = Renderer([room], rays_per_receptor=16)
+    renderer = caster([room], rays_per_receptor=16)
     scenes = np.zeros(12, int)
     upright = renderer.read(scenes, positions, yaws, designs)
     rolled = designs.copy()
@@ -85,21 +84,21 @@ def test_rolling_a_sensor_by_a_quarter_turn_rotates_its_grid(room, batch):
     assert error.mean() * 255 < 0.05
 
 
-def test_a_rigid_motion_of_scene_and_agents_changes_nothing(room, batch):
+def test_a_rigid_motion_of_scene_and_agents_changes_nothing(caster, room, batch):
     _, positions, yaws, designs = batch
     turn, shift = 0.7, np.array([3.0, -1.0, 2.0])
     c, s = np.cos(turn), np.sin(turn)
     rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     moved = dataclasses.replace(room, vertices=(room.vertices @ rotation.T + shift).astype(np.float32))
     scenes = np.zeros(12, int)
-    here = Renderer([room]).read(scenes, positions, yaws, designs)
-    there = Renderer([moved]).read(scenes, positions @ rotation.T + shift, yaws + turn, designs)
+    here = caster([room]).read(scenes, positions, yaws, designs)
+    there = caster([moved]).read(scenes, positions @ rotation.T + shift, yaws + turn, designs)
     error = np.abs(here - there) * 255
     assert error.mean() < 0.2
     assert np.median(error) < 0.01
 
 
-def test_a_pose_of_the_body_and_of_the_sensor_are_the_same_thing(room, batch):
+def test_a_pose_of_the_body_and_of_the_sensor_are_the_same_thing(caster, room, batch):
     _, positions, yaws, designs = batch
     scenes = np.zeros(12, int)
     moved = designs.copy()
@@ -108,11 +107,11 @@ def test_a_pose_of_the_body_and_of_the_sensor_are_the_same_thing(room, batch):
     moved[..., 0], moved[..., 2] = c * x + s * z, c * z - s * x
     moved[..., :3] += positions[:, None]
     moved[..., 3] += yaws[:, None]
-    ours = Renderer([room]).read(scenes, np.zeros((12, 3)), np.zeros(12), moved)
-    assert np.abs(ours - Renderer([room]).read(scenes, positions, yaws, designs)).mean() * 255 < 0.05
+    ours = caster([room]).read(scenes, np.zeros((12, 3)), np.zeros(12), moved)
+    assert np.abs(ours - caster([room]).read(scenes, positions, yaws, designs)).mean() * 255 < 0.05
 
 
-def test_footprint_levels_average_a_texture_seen_from_afar(room):
+def test_footprint_levels_average_a_texture_seen_from_afar(caster, room):
     """One ray into a busy texture from far away reads near the texture's mean, not one texel."""
     from prnav.scene import SceneMesh, TextureAtlas
 
@@ -129,5 +128,5 @@ def test_footprint_levels_average_a_texture_seen_from_afar(room):
         TextureAtlas.from_images([image]),
     )
     pose = (np.array([0]), np.zeros((1, 3)), np.zeros(1), np.array([[[0.3, 0.2, 0, 0, 0, 0, np.pi / 2]]]))
-    one = Renderer([wall], rays_per_receptor=1).read(*pose, grid=4)
+    one = caster([wall], rays_per_receptor=1).read(*pose, grid=4)
     assert np.abs(one - 0.5).max() < 0.05
