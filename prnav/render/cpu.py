@@ -17,14 +17,18 @@ from numpy.typing import NDArray
 
 from prnav.render.engine import EngineOptions, Float32
 from prnav.render.kernels import fill_rays, hit_spheres, shade
-from prnav.render.rays import Views, patch_offsets
+from prnav.render.rays import Views
 from prnav.render.residents import Residents
+from prnav.render.sampling import Sampling
 from prnav.render.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 RAYS_PER_CALL = 8192
+
+PIXEL = Sampling()
+"""One ray, through the middle."""
 
 EMBREE_BYTES_PER_TRIANGLE = 170
 """Memory of an Embree scene per triangle, as measured: vertices, indices, tree and its leaves."""
@@ -45,12 +49,12 @@ class EmbreeEngine:
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
-        size = grid * side
+        size = grid * sampling.side
+        weights = sampling.weights.astype(np.float32)
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
             tracer = self.residents.get([scene])[scene]
@@ -59,10 +63,10 @@ class EmbreeEngine:
             pixel_area = (width * width).astype(np.float32)
             sums = np.zeros((len(chosen) * grid * grid, 3), dtype=np.float32)
             balls = None if spheres is None else spheres[rows]
-            for start, directions, hits in tracer.trace(chosen, grid, side, pattern, balls):
+            for start, directions, hits in tracer.trace(chosen, grid, sampling, balls):
                 shade(
                     start,
-                    side * side,
+                    weights,
                     grid * grid,
                     pixel_area,
                     directions,
@@ -77,7 +81,7 @@ class EmbreeEngine:
                     self._sphere_color,
                     sums,
                 )
-            readings[rows] = (sums / np.float32(255 * side * side)).reshape(-1, grid, grid, 3)
+            readings[rows] = (sums / np.float32(255 * sampling.count)).reshape(-1, grid, grid, 3)
         return readings
 
     def depth(
@@ -116,13 +120,12 @@ class _Tracer:
         self,
         views: Views,
         grid: int,
-        side: int = 1,
-        pattern: str = "grid",
+        sampling: Sampling = PIXEL,
         spheres: NDArray[np.float64] | None = None,
     ) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
         """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
+        side, offsets = sampling.side, sampling.offsets
         total = len(views) * (grid * side) ** 2
-        offsets = patch_offsets(side, pattern)
         for start in range(0, total, RAYS_PER_CALL):
             count = min(RAYS_PER_CALL, total - start)
             origins = np.empty((count, 3), dtype=np.float32)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.render.rays import Views
+from prnav.render.sampling import Sampling
 
 Float32 = NDArray[np.float32]
 
@@ -39,14 +40,12 @@ class Engine(Protocol):
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
-        """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1.
+        """Weighted mean colour of each of grid x grid patches' rays, shape (M, grid, grid, 3), 0 to 1.
 
-        Where the rays lie in a patch is :func:`prnav.render.rays.patch_offsets` of the pattern. ``spheres`` (M, 4) are
-        centre and radius [m] of an opaque sphere per view, radius 0 for none.
+        ``spheres`` (M, 4) are centre and radius [m] of an opaque sphere per view, radius 0 for none.
         """
         ...
 

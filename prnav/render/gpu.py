@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from prnav.cache import cache_dir
 from prnav.errors import RenderError
 from prnav.render.engine import EngineOptions, Float32
-from prnav.render.rays import Float64, Views, patch_offsets
+from prnav.render.rays import Float64, Views
 from prnav.render.residents import Residents
+from prnav.render.sampling import Sampling
 from prnav.render.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class WarpEngine:
         self._kernels = warp_kernels
         self._background = self._wp.vec3(*(options.background * 255.0))
         self._sphere_color = self._wp.vec3(*(options.sphere_color * 255.0))
-        self._offsets: dict[tuple[int, str], Any] = {}
+        self._rays: dict[Sampling, Any] = {}
         self._staging: dict[int, _Staging] = {}
         self.residents: Residents[_DeviceScene] = Residents(scenes, self._prepare, options.memory, self._forget)
         self._scene_count = len(scenes)
@@ -80,12 +81,11 @@ class WarpEngine:
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: Float64 | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`; waits for the device and copies to the host."""
-        array: Float32 = self.radiance_on_device(scene_of_view, views, grid, side, pattern, spheres).numpy()
+        array: Float32 = self.radiance_on_device(scene_of_view, views, grid, sampling, spheres).numpy()
         return array
 
     def radiance_on_device(
@@ -93,15 +93,14 @@ class WarpEngine:
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: Float64 | None = None,
     ) -> Any:
         """The same as a Warp array on the device, which may still be at work on it."""
         readings = self._wp.empty((len(views), grid, grid, 3), dtype=self._wp.float32, device=self.device)
         if len(views):
             inputs = self._inputs(scene_of_view, views, spheres)
-            colours = [self._offsets_of(side, pattern), grid, side, self._background, self._sphere_color]
+            colours = [self._rays_of(sampling), grid, sampling.side, self._background, self._sphere_color]
             self._launch(self._kernels.read_patches, len(views) * grid * grid, [*inputs, *colours, readings.flatten()])
         return readings
 
@@ -143,11 +142,12 @@ class WarpEngine:
             self._staging[len(views)] = _Staging(self._wp, self.device, len(views))
         return [self._table, *self._staging[len(views)].send(scene_of_view, views, spheres)]
 
-    def _offsets_of(self, side: int, pattern: str) -> Any:
-        if (side, pattern) not in self._offsets:
-            offsets = np.ascontiguousarray(patch_offsets(side, pattern), dtype=np.float32)
-            self._offsets[side, pattern] = self._wp.array(offsets, dtype=self._wp.float32, device=self.device)
-        return self._offsets[side, pattern]
+    def _rays_of(self, sampling: Sampling) -> Any:
+        """Places and weights of a receptor's rays on the device, (rays, 3)."""
+        if sampling not in self._rays:
+            rays = np.concatenate([sampling.offsets, sampling.weights[:, None]], axis=1).astype(np.float32)
+            self._rays[sampling] = self._wp.array(rays, dtype=self._wp.float32, device=self.device)
+        return self._rays[sampling]
 
     def _forget(self, scene: int) -> None:
         """Let go of a scene once the device has done with it."""

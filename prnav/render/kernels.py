@@ -106,7 +106,7 @@ def hit_spheres(start, rays_per_view, spheres, origin, direction, triangle, dept
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade(
     start,
-    count,
+    weights,
     patches,
     pixel_area,
     direction,
@@ -121,30 +121,38 @@ def shade(
     sphere_color,
     sums,
 ):
-    """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M * patches, 3); ``count`` rays per patch.
+    """Add the colour (0 to 255) of each ray, times its weight, to its patch in ``sums`` (M * patches, 3).
 
     The texture level is the one whose texels are about as large as the ray's pixel where it meets the triangle: a
     pixel of area ``pixel_area`` (M,) on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the
     surface (unit normal n, direction d of length 1 along the axis). ``normal`` (n, 3) is as long as twice the
     triangle's area.
     """
+    count = len(weights)
     quarter = np.float32(0.25)
     one = np.float32(1.0)
     scale = np.float32(1.0 / 255.0)
+    patch, k = start // count, start % count - 1
+    area = pixel_area[patch // patches]
+    target = sums[patch]
     for i in range(len(triangle)):
-        patch = (start + i) // count
-        target = sums[patch]
-        area = pixel_area[patch // patches]
+        k += 1
+        if k == count:
+            k = 0
+            patch += 1
+            target = sums[patch]
+            area = pixel_area[patch // patches]
+        weight = weights[k]
         f = triangle[i]
         if f == SPHERE:
-            target[0] += sphere_color[0]
-            target[1] += sphere_color[1]
-            target[2] += sphere_color[2]
+            target[0] += weight * sphere_color[0]
+            target[1] += weight * sphere_color[1]
+            target[2] += weight * sphere_color[2]
             continue
         if f < 0:
-            target[0] += background[0]
-            target[1] += background[1]
-            target[2] += background[2]
+            target[0] += weight * background[0]
+            target[1] += weight * background[1]
+            target[2] += weight * background[2]
             continue
         surface = surfaces[f]
         s, t = bary_u[i], bary_v[i]
@@ -184,6 +192,6 @@ def shade(
             blue *= (
                 r * np.float32(a >> 16 & 255) + s * np.float32(b >> 16 & 255) + t * np.float32(c >> 16 & 255)
             ) * scale
-        target[0] += red
-        target[1] += green
-        target[2] += blue
+        target[0] += weight * red
+        target[1] += weight * green
+        target[2] += weight * blue

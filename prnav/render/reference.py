@@ -16,6 +16,7 @@ from prnav.render.charts import coarsest_levels
 from prnav.render.engine import EngineOptions, Float32
 from prnav.render.kernels import LEVEL_BIAS
 from prnav.render.rays import Float64, Views, view_rays
+from prnav.render.sampling import Sampling
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -39,19 +40,19 @@ class ReferenceEngine:
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: Float64 | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for row, scene in enumerate(scene_of_view):
             view = views.take(np.array([row]))
-            origins, directions = (rays.reshape(-1, 3) for rays in view_rays(view, grid, side, pattern))
-            pixel = 4.0 * float(view.right[0] @ view.right[0]) / (grid * side) ** 2
+            origins, directions = (rays.reshape(-1, 3) for rays in view_rays(view, grid, sampling))
+            pixel = 4.0 * float(view.right[0] @ view.right[0]) / (grid * sampling.side) ** 2
             ball = np.zeros(4) if spheres is None else spheres[row]
             colours = self._colours(self._scenes[scene], origins, directions, pixel, ball)
-            readings[row] = colours.reshape(grid, grid, side * side, 3).mean(axis=2)
+            weights = sampling.weights[:, None] / sampling.count
+            readings[row] = (colours.reshape(grid, grid, sampling.count, 3) * weights).sum(axis=2)
         return readings
 
     def depth(

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import RenderError
 from prnav.render.engine import Engine, EngineOptions, Float32
-from prnav.render.rays import Views, patch_offsets, rays_per_side, sensor_views
+from prnav.render.rays import Views, rays_per_side, sensor_views
 from prnav.render.residents import Progress, Residents
+from prnav.render.sampling import Sampling
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -53,6 +54,7 @@ class Renderer:
         pattern: str = "grid",
         sphere_color: tuple[float, float, float] = (0.0, 1.0, 0.0),
         memory_gb: float = MEMORY_GB,
+        acceptance: str = "uniform",
     ) -> None:
         """Renderer of ``scenes``.
 
@@ -64,14 +66,16 @@ class Renderer:
             rays_per_receptor: a square number; sets the cost and the error of readings.
             background: red, green, blue, 0 to 1, where a ray meets nothing.
             pattern: where a receptor's rays lie in its patch: "grid" (the pixels of a finer picture) or "lattice"
-                (less error for as many rays); see :func:`prnav.render.rays.patch_offsets`.
+                (less error for as many rays); see :func:`prnav.render.sampling.patch_offsets`.
             sphere_color: red, green, blue, 0 to 1, of the spheres that requests may add.
             memory_gb: memory [GB] of the device that prepared scenes may take; over it, the least recently used go and
                 are prepared anew when they are needed again. What one request needs is held whatever the budget.
+            acceptance: how much a receptor's rays count across its patch, "uniform", "cosine" or "gaussian"; see
+                :func:`prnav.render.sampling.acceptance_weights`. Pictures have one ray per pixel and know none.
 
         Raises:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
-                no square, an unknown pattern, a colour outside 0..1, or a budget that is not positive.
+                no square, an unknown pattern or acceptance, a colour outside 0..1, or a budget that is not positive.
         """
         cuda = re.fullmatch(r"cuda(:\d+)?", device) is not None
         if not cuda and device != "cpu":
@@ -86,9 +90,8 @@ class Renderer:
             raise RenderError("there are no scenes to render; give at least one")
         colours = _colour("background", background), _colour("sphere_color", sphere_color)
         self.rays_per_receptor = rays_per_receptor
-        self._side = rays_per_side(rays_per_receptor)
-        patch_offsets(self._side, pattern)
-        self._pattern = pattern
+        self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern, acceptance)
+        self._pixel = Sampling(1, pattern)
         self._scene_count = len(scenes)
         if engine == "auto":
             engine = "warp" if cuda else "embree"
@@ -148,7 +151,7 @@ class Renderer:
             RenderError: a wrong shape, a value that is not finite or out of range.
         """
         readings: Float32 = self._radiance(
-            scene_ids, positions, yaws, designs, _count("grid", grid), self._side, spheres
+            scene_ids, positions, yaws, designs, _count("grid", grid), self._sampling, spheres
         )
         return readings
 
@@ -169,7 +172,7 @@ class Renderer:
         (Warp's arrays have four dimensions at most).
         """
         return self._radiance(
-            scene_ids, positions, yaws, designs, _count("grid", grid), self._side, spheres, on_device=True
+            scene_ids, positions, yaws, designs, _count("grid", grid), self._sampling, spheres, on_device=True
         )
 
     def image_on_device(
@@ -182,7 +185,9 @@ class Renderer:
         spheres: ArrayLike | None = None,
     ) -> Any:
         """The same as :meth:`image`, left on the device: (N, K, size * size, 3); see :meth:`read_on_device`."""
-        return self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1, spheres, on_device=True)
+        return self._radiance(
+            scene_ids, positions, yaws, designs, _count("size", size), self._pixel, spheres, on_device=True
+        )
 
     def image(
         self,
@@ -194,7 +199,9 @@ class Renderer:
         spheres: ArrayLike | None = None,
     ) -> Float32:
         """Pictures of shape (N, K, size, size, 3), 0 to 1, one ray per pixel; arguments as in :meth:`read`."""
-        pictures: Float32 = self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1, spheres)
+        pictures: Float32 = self._radiance(
+            scene_ids, positions, yaws, designs, _count("size", size), self._pixel, spheres
+        )
         return pictures
 
     def depth(
@@ -218,17 +225,17 @@ class Renderer:
         yaws: ArrayLike,
         designs: ArrayLike,
         grid: int,
-        side: int,
+        sampling: Sampling,
         spheres: ArrayLike | None,
         on_device: bool = False,
     ) -> Any:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
         balls = _spheres(spheres, *shape)
         if not on_device:
-            readings = self._engine.radiance(scene_of_view, views, grid, side, self._pattern, balls)
+            readings = self._engine.radiance(scene_of_view, views, grid, sampling, balls)
             return readings.reshape(*shape, grid, grid, 3)
         radiance = getattr(self._engine, "radiance_on_device", self._engine.radiance)
-        return radiance(scene_of_view, views, grid, side, self._pattern, balls).reshape((*shape, grid * grid, 3))
+        return radiance(scene_of_view, views, grid, sampling, balls).reshape((*shape, grid * grid, 3))
 
     def _views(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike

@@ -163,14 +163,17 @@ def read_patches(
     scenes: wp.array(dtype=Scene),
     scene_of_view: wp.array(dtype=wp.int32),
     views: wp.array2d(dtype=wp.float32),
-    offsets: wp.array2d(dtype=wp.float32),
+    rays: wp.array2d(dtype=wp.float32),
     grid: int,
     side: int,
     background: wp.vec3,
     sphere_color: wp.vec3,
     readings: wp.array(dtype=wp.float32),
 ):
-    """Mean colour, 0 to 1, of each patch: thread i is patch i, ``readings`` (M * grid * grid * 3)."""
+    """Weighted mean colour, 0 to 1, of each patch: thread i is patch i, ``readings`` (M * grid * grid * 3).
+
+    ``rays`` (side * side, 3) are places in the patch, to the right and down, and weights.
+    """
     thread = wp.tid()
     patches = grid * grid
     view = thread // patches
@@ -184,15 +187,15 @@ def read_patches(
     pixel_area = pixel * pixel * wp.dot(right, right)
     total = wp.vec3(0.0, 0.0, 0.0)
     for k in range(side * side):
-        a = (column + offsets[k, 0]) * step - 1.0
-        b = 1.0 - (row + offsets[k, 1]) * step
+        a = (column + rays[k, 0]) * step - 1.0
+        b = 1.0 - (row + rays[k, 1]) * step
         hit = _cast(scene, views, view, _direction(views, view, a, b))
         if hit.triangle == _SPHERE:
-            total += sphere_color
+            total += rays[k, 2] * sphere_color
         elif hit.triangle == _MISS:
-            total += background
+            total += rays[k, 2] * background
         else:
-            total += _colour(scene, hit, pixel_area)
+            total += rays[k, 2] * _colour(scene, hit, pixel_area)
     mean = total / (255.0 * float(side * side))
     readings[3 * thread] = mean[0]
     readings[3 * thread + 1] = mean[1]

@@ -38,6 +38,16 @@ def test_readings_are_those_of_brute_force(caster, rooms, batch, grid, rays, pat
     assert (error < 0.01).mean() > 0.99  # the rest: rays within rounding of an edge, a texel's border or a level's
 
 
+@pytest.mark.parametrize("acceptance", ["cosine", "gaussian"])
+def test_weighted_readings_are_those_of_brute_force(caster, rooms, batch, acceptance):
+    options = {"rays_per_receptor": 9, "background": (0.2, 0.5, 0.9), "acceptance": acceptance}
+    fast = caster(rooms, **options).read(*batch, grid=2)
+    error = np.abs(fast - Renderer(rooms, engine="reference", **options).read(*batch, grid=2)) * 255
+    assert (error < 0.01).mean() > 0.99
+    even = caster(rooms, **options | {"acceptance": "uniform"}).read(*batch, grid=2)
+    assert np.abs(fast - even).mean() * 255 > 1.0
+
+
 def test_depth_is_that_of_brute_force(caster, rooms, batch):
     fast = caster(rooms).depth(*batch, size=8)
     slow = Renderer(rooms, engine="reference").depth(*batch, size=8)
