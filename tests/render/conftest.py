@@ -1,11 +1,13 @@
 """Small scenes for the render tests, and the recorded views."""
 
 import functools
+import importlib.util
 
 import numpy as np
 import pytest
 
 from prnav.render import Renderer
+from prnav.render.gpu import load_warp
 from prnav.scene import SceneMesh, TextureAtlas, load_scene
 
 
@@ -59,13 +61,10 @@ CASTERS = [
 def caster(request):
     """Makes renderers of one engine on one device."""
     engine, device = request.param
-    if engine == "warp":
-        pytest.importorskip("warp", reason='the package warp-lang is missing; pip install "prnav[gpu]" to run this')
-    if device == "cuda":
-        import warp
-
-        if not warp.is_cuda_available():
-            pytest.skip("no CUDA device; run on a machine with one: pytest -m gpu tests/render")
+    if engine == "warp" and importlib.util.find_spec("warp") is None:
+        pytest.skip('the package warp-lang is missing; pip install "prnav[gpu]" to run this')
+    if device == "cuda" and not load_warp("cpu")[0].is_cuda_available():
+        pytest.skip("no CUDA device; run on a machine with one: pytest -m gpu tests/render")
     return functools.partial(Renderer, engine=engine, device=device)
 
 

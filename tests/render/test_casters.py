@@ -8,6 +8,7 @@ import pytest
 from prnav.render import Renderer
 from prnav.render.rays import sensor_views, view_rays
 from prnav.render.reference import intersect
+from prnav.scene import load_scene
 
 
 def test_hits_are_those_of_brute_force(caster, room, batch):
@@ -140,3 +141,56 @@ def test_footprint_levels_average_a_texture_seen_from_afar(caster, room):
     pose = (np.array([0]), np.zeros((1, 3)), np.zeros(1), np.array([[[0.3, 0.2, 0, 0, 0, 0, np.pi / 2]]]))
     one = caster([wall], rays_per_receptor=1).read(*pose, grid=4)
     assert np.abs(one - 0.5).max() < 0.05
+
+
+@pytest.mark.parametrize("degrees", [1.0, 45.0, 150.0, 179.0])
+def test_any_field_of_view_reads_what_brute_force_reads(caster, rooms, batch, degrees):
+    scenes, positions, yaws, designs = batch
+    designs = designs.copy()
+    designs[..., 6] = np.radians(degrees)
+    fast = caster(rooms, rays_per_receptor=4).read(scenes, positions, yaws, designs, grid=2)
+    slow = Renderer(rooms, rays_per_receptor=4, engine="reference").read(scenes, positions, yaws, designs, grid=2)
+    assert fast.std() > 0.05
+    assert (np.abs(fast - slow) * 255 < 0.01).mean() > 0.98
+
+
+@pytest.mark.parametrize("grid", [1, 3, 8])
+def test_each_of_many_sensors_reads_as_if_it_were_alone(caster, rooms, batch, grid):
+    scenes, positions, yaws, designs = batch
+    many = np.concatenate([designs, designs[:, ::-1], designs + [0, 0, 0, 0.3, 0.1, -0.2, 0.0], designs[:, :2]], axis=1)
+    assert many.shape[1] == 11
+    renderer = caster(rooms, rays_per_receptor=4)
+    readings = renderer.read(scenes, positions, yaws, many, grid=grid)
+    assert readings.shape == (12, 11, grid, grid, 3)
+    for k in (0, 5, 10):
+        alone = renderer.read(scenes, positions, yaws, many[:, k : k + 1], grid=grid)
+        np.testing.assert_array_equal(alone[:, 0], readings[:, k])
+
+
+def test_new_designs_need_no_new_renderer(caster, rooms, batch):
+    scenes, positions, yaws, designs = batch
+    renderer = caster(rooms)
+    renderer.read(*batch)
+    turned = designs + [0.0, 0.1, 0.0, 0.5, 0.0, 1.0, 0.0]
+    readings = renderer.read(scenes, positions, yaws, turned)
+    np.testing.assert_array_equal(readings, caster(rooms).read(scenes, positions, yaws, turned))
+    full = turned + [0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * np.pi, 0.0]
+    assert np.abs(renderer.read(scenes, positions, yaws, full) - readings).mean() * 255 < 0.05
+
+
+@pytest.mark.slow
+def test_hits_in_a_house_are_those_of_brute_force(caster):
+    home = load_scene("prhouses/test/00")
+    rng = np.random.default_rng(0)
+    low, high = home.bounds
+    designs = np.zeros((40, 1, 7))
+    designs[..., 3:6] = rng.uniform(-1.0, 1.0, (40, 1, 3))
+    designs[..., 6] = np.radians(100.0)
+    places = rng.uniform(low + [0.3, 0.4, 0.3], high - 0.3, (40, 3))
+    views, size = sensor_views(places, rng.uniform(-3, 3, 40), designs), 16
+    triangle, depth = caster([home])._engine.trace(0, views, size)
+    origins, directions = view_rays(views, size)
+    expected, distance, _, _ = intersect(home, origins.reshape(-1, 3), directions.reshape(-1, 3))
+    same_depth = np.isclose(depth.ravel(), distance, rtol=1e-4) | (np.isinf(depth.ravel()) & np.isinf(distance))
+    assert same_depth.mean() >= 0.9999
+    assert (triangle.ravel() == expected).mean() >= 0.995  # the rest are doubled triangles and shared edges

@@ -1,5 +1,6 @@
 """What the GPU engine adds: readings that stay on the device, and the same light as the CPU engine's."""
 
+import importlib.util
 import subprocess
 import sys
 
@@ -10,7 +11,8 @@ from prnav.errors import RenderError
 from prnav.render import Renderer, gpu
 from prnav.scene import load_scene
 
-warp = pytest.importorskip("warp", reason='the package warp-lang is missing; pip install "prnav[gpu]" to run these')
+if importlib.util.find_spec("warp") is None:
+    pytest.skip('the package warp-lang is missing; pip install "prnav[gpu]" to run these', allow_module_level=True)
 
 
 @pytest.mark.parametrize("pattern", ["grid", "lattice"])
@@ -56,7 +58,7 @@ def test_an_earlier_reading_is_not_written_again(caster, rooms, batch):
 
 
 def test_what_is_missing_is_named(room, monkeypatch):
-    if not warp.is_cuda_available():
+    if not gpu.load_warp("cpu")[0].is_cuda_available():
         with pytest.raises(RenderError, match="device 'cuda' is not on this machine; Warp found: cpu"):
             Renderer([room], device="cuda")
     with pytest.raises(RenderError, match="device 'cuda:99' is not on this machine"):
