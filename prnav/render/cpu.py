@@ -30,7 +30,7 @@ RAYS_PER_CALL = 8192
 PIXEL = Sampling()
 """One ray, through the middle."""
 
-EMBREE_BYTES_PER_TRIANGLE = 170
+EMBREE_BYTES_PER_TRIANGLE = 130
 """Memory of an Embree scene per triangle, as measured: vertices, indices, tree and its leaves."""
 
 
@@ -114,6 +114,7 @@ class _Tracer:
         self.surfaces = Surfaces.of(mesh)
         self._embree = EmbreeScene()
         self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
+        self._embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the tree, now and not later
         self.nbytes = self.surfaces.nbytes + EMBREE_BYTES_PER_TRIANGLE * len(mesh.faces)
 
     def trace(

@@ -207,5 +207,5 @@ class _Staging:
         there = [self._wp.empty_like(array, device=self._device, pinned=False) for array in (scenes, rows)]
         for destination, source in zip(there, (scenes, rows), strict=True):
             self._wp.copy(destination, source)
-        self._wp.record_event(sent)
+        self._device.stream.record_event(sent)
         return there
