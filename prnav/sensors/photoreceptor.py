@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.errors import DesignError
 from prnav.render import Renderer
 from prnav.sensors.design import Design
 from prnav.sensors.design_file import load_design
@@ -102,8 +103,23 @@ class Photoreceptors:
             seeds: one of each agent's episode, shape (N,); needed where there is noise.
             steps: each agent's step in its episode, shape (N,); needed where there is noise.
         """
-        if designs is None:
-            designs = np.broadcast_to(self.design.sensors, (len(np.asarray(yaws)), *self.design.sensors.shape))
-        readings = self.renderer.read(scene_ids, positions, yaws, designs, self.grid)
+        readings = self.renderer.read(scene_ids, positions, yaws, self._designs(yaws, designs), self.grid)
         light = readings.reshape(*readings.shape[:2], self.grid * self.grid, 3)
         return read_out(light, self.config.readout, seeds, steps)
+
+    def read_on_device(
+        self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike | None = None
+    ) -> Any:
+        """The same left on the renderer's device; see :meth:`prnav.render.Renderer.read_on_device`.
+
+        Raises:
+            DesignError: there are read-out settings, which are applied on the host.
+        """
+        if not self.config.readout.is_ideal:
+            raise DesignError("exposure, noise and bits are applied on the host; leave them at their defaults, or read")
+        return self.renderer.read_on_device(scene_ids, positions, yaws, self._designs(yaws, designs), self.grid)
+
+    def _designs(self, yaws: ArrayLike, designs: ArrayLike | None) -> ArrayLike:
+        if designs is not None:
+            return designs
+        return np.broadcast_to(self.design.sensors, (len(np.asarray(yaws)), *self.design.sensors.shape))

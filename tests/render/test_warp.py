@@ -79,3 +79,13 @@ def test_nothing_is_printed(tmp_path):
     done = subprocess.run([sys.executable, "-c", code, folder], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
+
+
+@pytest.mark.slow
+def test_kernels_compile_for_cuda_without_a_device(tmp_path):
+    warp, _ = gpu.load_warp("cpu")
+    from prnav.render import warp_kernels
+
+    warp.compile_aot_module(warp_kernels, arch=90, module_dir=tmp_path, use_ptx=True)
+    code = next(tmp_path.glob("*.ptx")).read_text()
+    assert "read_patches" in code and "trace_pixels" in code

@@ -43,3 +43,11 @@ def test_configs_are_checked(shards):
         PhotoreceptorConfig(grid=0)
     with pytest.raises(ValueError, match="size is 0; it must be at least 1"):
         CameraConfig(size=0)
+
+
+def test_readings_may_stay_on_the_device(shards):
+    eye = Photoreceptors(PhotoreceptorConfig("fan", rays_per_receptor=4), [shards])
+    np.testing.assert_array_equal(np.from_dlpack(eye.read_on_device(*POSES)), eye.read(*POSES))
+    coarse = Photoreceptors(PhotoreceptorConfig("fan", bits=(4,)), [shards])
+    with pytest.raises(DesignError, match="exposure, noise and bits are applied on the host"):
+        coarse.read_on_device(*POSES)
