@@ -114,9 +114,7 @@ class _Tracer:
         self.surfaces = Surfaces.of(mesh)
         self._embree = EmbreeScene()
         self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
-        self._embree.run(
-            np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32)
-        )  # builds the tree now
+        self._embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the tree now
         self.nbytes = self.surfaces.nbytes + EMBREE_BYTES_PER_TRIANGLE * len(mesh.faces)
 
     def trace(
