@@ -61,7 +61,7 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
 
 def roll(pen: Pen, x0: int, x1: int, y: int, z: int, material: Material) -> None:
     """A quilt rolled back across a bed: rounded, and too steep at its sides for a navmesh to join it to the cover."""
-    profile = ((0, 0), (8, 216), (75, 255), (180, 270), (285, 255), (352, 216), (360, 0))
+    profile = ((0, 0), (0, 216), (75, 255), (180, 270), (285, 255), (360, 216), (360, 0))
     for k, ((za, ya), (zb, yb)) in enumerate(zip(profile, profile[1:], strict=False)):
         corners = [(x0, y + yb, z + zb), (x1, y + yb, z + zb), (x1, y + ya, z + za), (x0, y + ya, z + za)]
         pen.quad(corners, material, (x1 - x0, 120), origin=(0, 120 * k))
