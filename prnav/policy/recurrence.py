@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from torch import Tensor, nn
 from torch.nn.utils.rnn import PackedSequence
 
+from prnav.policy.lstm_cpu import packed_layer, packed_steps
+
 
 @dataclass(frozen=True)
 class Segments:
@@ -88,6 +90,15 @@ class RecurrentCore(nn.Module):
     def sequence(self, features: Tensor, state: Tensor, segments: Segments) -> Tensor:
         """A whole rollout: features (T * N, F), state before it -> outputs (T * N, H)."""
         begin = state[:, :, segments.environments] * segments.carried
+        if features.device.type == "cpu" and features.dtype == torch.float32:
+            return self._sequence_on_cpu(features[segments.order], begin, segments)[segments.inverse]
         packed = PackedSequence(features[segments.order], segments.batch_sizes)
         outputs, _ = self.lstm(packed, (begin[0], begin[1]))
         return outputs.data[segments.inverse]
+
+    def _sequence_on_cpu(self, rows: Tensor, begin: Tensor, segments: Segments) -> Tensor:
+        """Packed outputs (T * N, H) from packed rows (T * N, F): the same numbers several times faster."""
+        walk = packed_steps(segments.batch_sizes.numpy())
+        for layer, weights in enumerate(self.lstm.all_weights):
+            rows = packed_layer(rows, begin[0, layer], begin[1, layer], tuple(weights), walk)
+        return rows
