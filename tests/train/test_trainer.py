@@ -195,7 +195,13 @@ def test_the_trained_policy_loads(make_trainer, config):
         load_policy(RunFolder(trainer.folder.path / "nowhere"))
 
 
-def test_more_workers_than_one_are_refused(make_trainer, config, monkeypatch):
+def test_workers_need_a_launcher(make_trainer, config, monkeypatch):
     monkeypatch.setenv("WORLD_SIZE", "2")
-    with pytest.raises(ConfigError, match="WORLD_SIZE is 2; training runs in one process"):
+    monkeypatch.delenv("RANK", raising=False)
+    with pytest.raises(
+        ConfigError, match="WORLD_SIZE is 2, but the workers cannot be joined .* start them with torchrun"
+    ):
+        make_trainer(config)
+    monkeypatch.setenv("WORLD_SIZE", "two")
+    with pytest.raises(ConfigError, match="WORLD_SIZE is 'two'; it must be a number, as torchrun sets it"):
         make_trainer(config)
