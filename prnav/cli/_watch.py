@@ -32,7 +32,6 @@ def validation_environments(config: TrainConfig) -> VectorEnv:
         if own
         else replace(config.env, scenes="val", episodes=None, episode_split=None, max_scenes=None)
     )
-    settings = replace(settings, mirror=False)
     source = load_source(settings, limit=config.validation_episodes)
     return PointGoalNavVectorEnv(len(source), settings, source)
 

@@ -209,9 +209,10 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
             f"go on with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
+    where = "" if config.env.episodes else " --split test"
     return [
         f"trained {step:,} steps in {seconds / 60:.1f} min ({rate}); {learnt}",
-        f"evaluate with: prnav-eval --run {folder} --split test",
+        f"evaluate with: prnav-eval --run {folder}{where}",
     ]
 
 

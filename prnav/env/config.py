@@ -40,8 +40,6 @@ class EnvConfig:
     """Renderer: "auto", "embree", "egl", "osmesa" or "reference"."""
     vision: bool = True
     """False leaves the photoreceptors out (a blind agent needs no light, and this saves its cost)."""
-    mirror: bool = False
-    """Every second agent lives in its homes' mirror images, left and right exchanged: twice the homes to learn from."""
     sim: SimConfig = field(default_factory=SimConfig)
     task: PointGoalConfig = field(default_factory=PointGoalConfig)
     navmesh: NavMeshSettings = field(default_factory=NavMeshSettings)

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.env.config import EnvConfig
 from prnav.env.episode_source import EpisodeSource
-from prnav.env.mirror import mirrored_actions, mirrored_observations, mirrored_poses
 from prnav.errors import DesignError, EpisodeError
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
@@ -69,7 +68,6 @@ class PointGoalSlots:
         self.success = np.zeros(num_slots, np.bool_)
         self.theta = np.zeros((num_slots, self.num_sensors, 7))  #: normalised designs
         self.poses = theta_to_pose(self.theta, self.design)  #: the same as sensor poses on the body
-        self.mirrored = config.mirror & (np.arange(num_slots) % 2 == 1)  #: who lives in a mirror image
         self.rewards = np.zeros(num_slots)  #: of the last step
         self.terminated = np.zeros(num_slots, np.bool_)
         self.truncated = np.zeros(num_slots, np.bool_)
@@ -126,7 +124,7 @@ class PointGoalSlots:
 
     def advance(self, actions: ArrayLike) -> NDArray[np.bool_]:
         """Take one step in each slot, none where the action is HOLD; True where the episode ended, (N,)."""
-        actions = mirrored_actions(np.asarray(actions, np.int64), self.mirrored)
+        actions = np.asarray(actions, np.int64)
         task = self.config.task
         acting = actions != HOLD
         self.path_length += self.simulator.step(actions)
@@ -158,13 +156,12 @@ class PointGoalSlots:
             "compass": compass(yaws, start_yaws)[:, None],
             "pointgoal": pointgoal(positions, yaws, self.source.goals[episodes]),
         }
-        mirrored = self.mirrored[rows]
         if self.renderer is not None:
-            poses = mirrored_poses(self.poses[rows], mirrored)
-            grid = self.config.grid
-            readings = self.renderer.read(self.simulator.scene_index[rows], positions, yaws, poses, grid=grid)
+            readings = self.renderer.read(
+                self.simulator.scene_index[rows], positions, yaws, self.poses[rows], grid=self.config.grid
+            )
             observations["photoreceptors"] = readings.reshape(len(rows), self.num_sensors, -1, 3)
-        return mirrored_observations(observations, mirrored) if mirrored.any() else observations
+        return observations
 
     def expert_actions(self) -> NDArray[np.int64]:
         """The shortest-path follower's action in every slot, (N,); HOLD in slots that have no episode."""
@@ -173,7 +170,7 @@ class PointGoalSlots:
         actions[playing] = shortest_path_actions(
             self.simulator, self.fields, playing, self.config.task.success_distance
         )
-        return mirrored_actions(actions, self.mirrored)
+        return actions
 
     def measures(self, slots: ArrayLike | None = None) -> dict[str, NDArray[np.float64]]:
         """Measures of slots (n,) so far, each (n,) float64; final once the episode has ended."""
