@@ -24,6 +24,9 @@ PATIENCE = timedelta(minutes=10)
 
 T = TypeVar("T")
 
+_joined: list[Workers] = []
+"""The workers that this process has joined, which it can do once."""
+
 
 class Workers:
     """The workers that share a run; this one is number ``rank`` of ``size``. Alone, nothing is exchanged."""
@@ -142,6 +145,7 @@ class Workers:
 
             dist.destroy_process_group()
             self.size = 1
+            _joined.clear()
 
     @contextlib.contextmanager
     def _together(self, doing: str) -> Iterator[None]:
@@ -180,6 +184,8 @@ def join_workers() -> Workers:
         numbers[name] = int(text)
     if numbers["WORLD_SIZE"] == 1:
         return Workers()
+    if _joined:
+        return _joined[0]
     import torch.distributed as dist
 
     workers = Workers(numbers["RANK"], numbers["WORLD_SIZE"], numbers["LOCAL_RANK"], numbers["LOCAL_WORLD_SIZE"])
@@ -193,4 +199,5 @@ def join_workers() -> Workers:
             f"start them with torchrun --nproc-per-node {workers.size} -m prnav.train ..."
         ) from error
     workers._store = dist.PrefixStore("prnav", store)
+    _joined.append(workers)
     return workers
