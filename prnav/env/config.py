@@ -36,6 +36,8 @@ class EnvConfig:
     grid: int = 4
     """B: each sensor splits its view into B x B photoreceptors."""
     rays_per_receptor: int = 4
+    camera_size: int = 0
+    """Pixels per side of the picture that each sensor gives instead of photoreceptors; 0 is none (128 in the paper)."""
     engine: str = "auto"
     """Renderer: "auto", "embree", "egl", "osmesa" or "reference"."""
     vision: bool = True
@@ -48,6 +50,8 @@ class EnvConfig:
         for name in ("episodes_per_scene", "grid", "rays_per_receptor"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.camera_size < 0:
+            raise ValueError(f"camera_size is {self.camera_size}; it must be 0 (photoreceptors) or more")
         if self.max_scenes is not None and self.max_scenes < 1:
             raise ValueError(f"max_scenes is {self.max_scenes}; it must be at least 1")
         if self.up not in ("y", "z"):

@@ -22,7 +22,8 @@ from prnav.sim.expert import shortest_path_actions
 from prnav.tasks import soft_spl, spl
 from prnav.tasks.pointgoal import reward, succeeded
 
-Observations = dict[str, NDArray[np.float32]]
+Observations = dict[str, NDArray[Any]]
+"""float32, but for pictures, which are bytes."""
 
 _STATE = (
     "episode",
@@ -145,22 +146,24 @@ class PointGoalSlots:
         return self.terminated | self.truncated
 
     def observe(self, slots: ArrayLike | None = None) -> Observations:
-        """Observations of slots (n,), all of them by default: new arrays, each (n, ...) float32."""
+        """Observations of slots (n,), all of them by default: new arrays, each (n, ...)."""
         rows = np.arange(self.num_slots) if slots is None else np.asarray(slots, np.int64)
         episodes = self.episode[rows]
         positions, yaws = self.positions[rows], self.yaws[rows]
         starts, start_yaws = self.source.starts[episodes], self.source.yaws[episodes]
-        observations = {
+        observations: Observations = {
             "design": self.theta[rows].astype(np.float32),
             "gps": gps(positions, starts, start_yaws),
             "compass": compass(yaws, start_yaws)[:, None],
             "pointgoal": pointgoal(positions, yaws, self.source.goals[episodes]),
         }
         if self.renderer is not None:
-            readings = self.renderer.read(
-                self.simulator.scene_index[rows], positions, yaws, self.poses[rows], grid=self.config.grid
-            )
-            observations["photoreceptors"] = readings.reshape(len(rows), self.num_sensors, -1, 3)
+            view = self.simulator.scene_index[rows], positions, yaws, self.poses[rows]
+            if self.config.camera_size:
+                observations["camera"] = as_bytes(self.renderer.image(*view, size=self.config.camera_size))
+            else:
+                readings = self.renderer.read(*view, grid=self.config.grid)
+                observations["photoreceptors"] = readings.reshape(len(rows), self.num_sensors, -1, 3)
         return observations
 
     def expert_actions(self) -> NDArray[np.int64]:
@@ -241,3 +244,8 @@ class PointGoalSlots:
         if len(playing):
             episodes = self.episode[playing]
             self.fields.prepare(playing, self.source.scene_index[episodes], self.source.goals[episodes])
+
+
+def as_bytes(pictures: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Pictures in 0..1 as the nearest bytes."""
+    return (pictures * np.float32(255.0) + np.float32(0.5)).astype(np.uint8)

@@ -12,9 +12,10 @@ NUM_ACTIONS = 4
 
 
 def observation_space(config: EnvConfig, num_sensors: int) -> spaces.Dict:
-    """Space of one agent's observations, all float32.
+    """Space of one agent's observations, all float32 but pictures.
 
-    ``photoreceptors`` (K, B*B, 3) in 0..1, left out without vision; ``design`` (K, 7) normalised; ``gps`` (2,) metres
+    ``photoreceptors`` (K, B*B, 3) in 0..1, left out without vision; in their place, where a ``camera_size`` is given,
+    ``camera`` (K, H, W, 3) uint8, top row first; ``design`` (K, 7) normalised; ``gps`` (2,) metres
     ahead and right of the start; ``compass`` (1,) radians from the start's heading; ``pointgoal`` (2,) distance [m]
     and bearing [rad, left positive] from where the agent is.
     """
@@ -25,6 +26,8 @@ def observation_space(config: EnvConfig, num_sensors: int) -> spaces.Dict:
         "gps": spaces.Box(-np.inf, np.inf, (2,), np.float32),
         "pointgoal": spaces.Box(np.array([0.0, -pi], np.float32), np.array([np.inf, pi], np.float32), dtype=np.float32),
     }
-    if config.vision:
+    if config.vision and config.camera_size:
+        boxes["camera"] = spaces.Box(0, 255, (num_sensors, config.camera_size, config.camera_size, 3), np.uint8)
+    elif config.vision:
         boxes["photoreceptors"] = spaces.Box(0.0, 1.0, (num_sensors, config.grid**2, 3), np.float32)
     return spaces.Dict(boxes)

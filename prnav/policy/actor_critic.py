@@ -14,8 +14,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from prnav.policy.camera_encoders import ALL_ENCODERS
 from prnav.policy.config import PolicyConfig
-from prnav.policy.encoders import ENCODERS, Observations, Shapes, orthogonal
+from prnav.policy.encoders import Observations, Shapes, orthogonal
 from prnav.policy.features import displacement_features
 from prnav.policy.recurrence import RecurrentCore, Segments, segment
 
@@ -45,7 +46,7 @@ class RecurrentPolicy(nn.Module):
         self.config = config
         self.shapes = dict(shapes)
         self.actions = actions
-        self.encoder = ENCODERS[config.encoder](config, shapes)
+        self.encoder = ALL_ENCODERS[config.encoder](config, shapes)
         self.encoder_type: torch.dtype | None = None
         """Type of the encoder's products, such as bfloat16; None is that of its weights."""
         extra = ACTION_WIDTH if config.previous_action else 0
