@@ -129,7 +129,8 @@ class RecurrentPolicy(nn.Module):
         if self.encoder_type is None:
             return self.encoder(observations)
         with torch.autocast(next(self.parameters()).device.type, dtype=self.encoder_type):
-            return self.encoder(observations).float()
+            encoding: Tensor = self.encoder(observations)
+            return encoding.float()
 
     def _head_inputs(self, outputs: Tensor, features: Tensor) -> Tensor:
         return torch.cat([outputs, features], dim=-1) if self.config.skip else outputs
