@@ -41,3 +41,7 @@ class CheckpointError(PrnavError):
 
 class RecordError(PrnavError):
     """An evaluation record or run directory is missing or broken."""
+
+
+class WorkerError(PrnavError):
+    """A worker of a run on several processes was lost, or does not agree with the others."""

@@ -14,11 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._watch import draw_validation, validation_environments, with_wandb
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
     from prnav.env import NavigationVectorEnv
-    from prnav.train import TrainConfig
+    from prnav.train import RunFolder, TrainConfig
 
 PRESETS = {"pointgoal": "quickstart", "targetnav": "quickstart-targetnav"}
 """Each task's experiment where none is named."""
@@ -47,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
+    p.add_argument("--wandb", metavar="PROJECT", help="also send metrics to Weights & Biases (pip install wandb)")
     where = p.add_argument_group("run directory")
     where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
     where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
@@ -63,37 +65,54 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point."""
     options = parser().parse_intermixed_args(argv)
-    from prnav.train import RunFolder, Trainer
+    from prnav.train import RunFolder, Trainer, join_workers
 
     config = configure(options)
     folder = RunFolder(Path(options.run) if options.run else Path("runs") / config.name)
-    if folder.exists():
-        if not options.resume:
-            raise ConfigError(
-                f"run {folder.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
-            )
-        folder.check_resumable(config)
-    console = Console(stderr=True, highlight=False)
-    envs = load_environments(config, console)
+    workers = join_workers()
+    workers.on_first(lambda: check_folder(folder, config, options.resume))
+    console = Console(stderr=True, highlight=False, quiet=not workers.first)
+    groups = load_environments(config, console)
     board = progress_bar(console)
+    report = reporter(config, console, board)
     trainer = Trainer(
         config,
-        envs,
+        groups,
         folder,
-        report=reporter(config, console, board),
+        report=report if options.wandb is None or not workers.first else with_wandb(report, options.wandb, config),
         warn=lambda text: console.print(f"warning: {text}", style="yellow", soft_wrap=True),
-        data=data_facts(envs),
+        data=data_facts(groups[0]),
+        workers=workers,
+        validation=lambda: validation_environments(config),
+        picture=draw_validation,
     )
     try:
-        for line in opening(config, trainer.step, folder.path, envs.slots.source.world.navmesh_origins):
+        origins = groups[0].slots.source.world.navmesh_origins
+        for line in opening(config, trainer.step, folder.path, workers.size, origins):
             console.print(line, soft_wrap=True)
         with board:
             stopped = trainer.train()
     finally:
         trainer.close()
+        workers.leave()
     for line in closing(trainer.step, trainer.seconds, config, folder.path, stopped):
         console.print(line, soft_wrap=True)
     return 0
+
+
+def check_folder(folder: RunFolder, config: TrainConfig, resume: bool) -> None:
+    """Hold the command line to what is in the run's folder, before scenes are loaded.
+
+    Raises:
+        ConfigError: a run is there and is not to be resumed, or has another config.
+    """
+    if not folder.exists():
+        return
+    if not resume:
+        raise ConfigError(
+            f"run {folder.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+        )
+    folder.check_resumable(config)
 
 
 def configure(options: argparse.Namespace) -> TrainConfig:
@@ -152,16 +171,21 @@ def _quoted(text: str) -> str:
     return f"'{text}'"
 
 
-def load_environments(config: TrainConfig, console: Console) -> NavigationVectorEnv:
-    """The run's environments, with a line that says which scene is loading."""
+def load_environments(config: TrainConfig, console: Console) -> list[NavigationVectorEnv]:
+    """The run's environments in groups over the same scenes, with a line that says which scene is loading."""
     from prnav.env import NavigationVectorEnv
+    from prnav.train import group_sizes
 
     with console.status("loading scenes") as status:
 
         def loading(done: int, total: int, name: str) -> None:
             status.update(f"loading scenes {done}/{total} {name}")
 
-        return NavigationVectorEnv(config.num_envs, config.env, progress=loading)
+        groups: list[NavigationVectorEnv] = []
+        for size in group_sizes(config.num_envs, config.groups):
+            source = groups[0].slots.source if groups else None
+            groups.append(NavigationVectorEnv(size, config.env, source, progress=loading))
+        return groups
 
 
 def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
@@ -185,11 +209,12 @@ def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     return facts
 
 
-def opening(config: TrainConfig, step: int, folder: Path, navmeshes: Sequence[str] = ()) -> list[str]:
+def opening(config: TrainConfig, step: int, folder: Path, workers: int = 1, navmeshes: Sequence[str] = ()) -> list[str]:
     """What is about to be done; ``navmeshes`` says where those of a data set's scenes are from."""
+    count = f"{workers} workers with {config.num_envs}" if workers > 1 else f"{config.num_envs}"
     warm = config.imitation.steps
     plan = f"imitate the shortest-path oracle for {warm:,} steps (warm start), then PPO" if warm else "PPO from scratch"
-    first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {config.num_envs} environments"
+    first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {count} environments"
     second = f"plan: {plan}, {config.total_steps:,} steps in all"
     lines = [first, second]
     if config.env.data is not None:

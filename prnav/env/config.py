@@ -18,7 +18,7 @@ class EnvConfig:
 
     scenes: str = "train"
     """Split of the built-in houses: "train", "val" or "test". Without effect where ``episodes`` is given. TargetNav's
-    "train" is ten of the training homes (:func:`prnav.tasks.training_scenes`)."""
+    "train" is ten of the training homes (:func:`prnav.scene.targetnav_scene_ids`)."""
     max_scenes: int | None = None
     """Use only the first so many scenes of the split."""
     episodes_per_scene: int = 200
@@ -49,6 +49,8 @@ class EnvConfig:
     grid: int = 4
     """B: each sensor splits its view into B x B photoreceptors."""
     rays_per_receptor: int = 4
+    camera_size: int = 0
+    """Pixels per side of the picture that each sensor gives instead of photoreceptors; 0 is none (128 in the paper)."""
     engine: str = "auto"
     """Renderer: "auto", "embree", "egl", "osmesa" or "reference"."""
     vision: bool = True
@@ -64,6 +66,8 @@ class EnvConfig:
         for name in ("episodes_per_scene", "grid", "rays_per_receptor", "max_texture_size", "texture_budget"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.camera_size < 0:
+            raise ValueError(f"camera_size is {self.camera_size}; it must be 0 (photoreceptors) or more")
         if self.max_scenes is not None and self.max_scenes < 1:
             raise ValueError(f"max_scenes is {self.max_scenes}; it must be at least 1")
         if self.data is not None and self.data not in DATA_SETS:

@@ -24,11 +24,10 @@ from prnav.episodes import (
 )
 from prnav.episodes.datasets import find_episodes
 from prnav.navmesh import NavMeshSettings
-from prnav.scene import scene_ids
+from prnav.scene import targetnav_scene_ids
 from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
 from prnav.sim.world import Progress
-from prnav.tasks import training_scenes
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +127,7 @@ def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[Episod
     count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
     if config.targetnav is None or config.scenes != "train":
         return load_builtin_table(config.scenes, count, seed, most, progress)
-    ids = training_scenes(scene_ids("train"))[:most]
+    ids = targetnav_scene_ids()[:most]
     tables = []
     for done, scene_id in enumerate(ids):
         if progress is not None:

@@ -22,7 +22,8 @@ from prnav.sim.expert import shortest_path_actions
 from prnav.tasks import TargetNavConfig, judge, soft_spl, spl
 from prnav.tasks.targetnav import spheres
 
-Observations = dict[str, NDArray[np.float32]]
+Observations = dict[str, NDArray[Any]]
+"""float32, but for pictures, which are bytes."""
 
 _STATE = (
     "episode",
@@ -150,12 +151,12 @@ class NavigationSlots:
         return self.terminated | self.truncated
 
     def observe(self, slots: ArrayLike | None = None) -> Observations:
-        """Observations of slots (n,), all of them by default: new arrays, each (n, ...) float32."""
+        """Observations of slots (n,), all of them by default: new arrays, each (n, ...)."""
         rows = np.arange(self.num_slots) if slots is None else np.asarray(slots, np.int64)
         episodes = self.episode[rows]
         positions, yaws = self.positions[rows], self.yaws[rows]
         starts, start_yaws = self.source.starts[episodes], self.source.yaws[episodes]
-        observations = {
+        observations: Observations = {
             "design": self.theta[rows].astype(np.float32),
             "gps": gps(positions, starts, start_yaws),
             "compass": compass(yaws, start_yaws)[:, None],
@@ -163,7 +164,10 @@ class NavigationSlots:
         if self.config.targetnav is None:
             observations["pointgoal"] = pointgoal(positions, yaws, self.source.goals[episodes])
         if self.renderer is not None:
-            observations["photoreceptors"] = self.read(episodes, positions, yaws, self.poses[rows])
+            if self.config.camera_size:
+                observations["camera"] = as_bytes(self.picture(episodes, positions, yaws, self.poses[rows]))
+            else:
+                observations["photoreceptors"] = self.read(episodes, positions, yaws, self.poses[rows])
         return observations
 
     def read(
@@ -178,12 +182,27 @@ class NavigationSlots:
         Sensor poses (n, K, 7) are on the body; a visible target is there.
         """
         assert self.renderer is not None
-        balls = None
-        if isinstance(self.rules, TargetNavConfig):
-            balls = spheres(self.source.goals[episodes], self.rules)
-        scenes = self.source.scene_index[episodes]
+        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
         readings = self.renderer.read(scenes, positions, yaws, poses, grid=self.config.grid, spheres=balls)
         return readings.reshape(len(episodes), poses.shape[1], -1, 3)
+
+    def picture(
+        self,
+        episodes: NDArray[np.int64],
+        positions: NDArray[np.float64],
+        yaws: NDArray[np.float64],
+        poses: NDArray[np.float64],
+    ) -> NDArray[np.float32]:
+        """What cameras see, as :meth:`read`: (n, K, H, W, 3), 0 to 1."""
+        assert self.renderer is not None
+        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
+        return self.renderer.image(scenes, positions, yaws, poses, size=self.config.camera_size, spheres=balls)
+
+    def _targets(self, episodes: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """Spheres (n, 4) that are there to be seen in episodes (n,)."""
+        if not isinstance(self.rules, TargetNavConfig):
+            return None
+        return spheres(self.source.goals[episodes], self.rules)
 
     def expert_actions(self) -> NDArray[np.int64]:
         """The shortest-path follower's action in every slot, (N,); HOLD in slots that have no episode."""
@@ -263,3 +282,8 @@ class NavigationSlots:
         if len(playing):
             episodes = self.episode[playing]
             self.fields.prepare(playing, self.source.scene_index[episodes], self.source.goals[episodes])
+
+
+def as_bytes(pictures: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Pictures in 0..1 as the nearest bytes."""
+    return (pictures * np.float32(255.0) + np.float32(0.5)).astype(np.uint8)

@@ -14,9 +14,10 @@ def num_actions(config: EnvConfig) -> int:
 
 
 def observation_space(config: EnvConfig, num_sensors: int) -> spaces.Dict:
-    """Space of one agent's observations, all float32.
+    """Space of one agent's observations, all float32 but pictures.
 
-    ``photoreceptors`` (K, B*B, 3) in 0..1, left out without vision; ``design`` (K, 7) normalised; ``gps`` (2,) metres
+    ``photoreceptors`` (K, B*B, 3) in 0..1, left out without vision; in their place, where a ``camera_size`` is given,
+    ``camera`` (K, H, W, 3) uint8, top row first; ``design`` (K, 7) normalised; ``gps`` (2,) metres
     ahead and right of the start; ``compass`` (1,) radians from the start's heading; ``pointgoal`` (2,) distance [m]
     and bearing [rad, left positive] from where the agent is, in PointGoalNav alone.
     """
@@ -29,6 +30,8 @@ def observation_space(config: EnvConfig, num_sensors: int) -> spaces.Dict:
     if config.targetnav is None:
         low, high = np.array([0.0, -pi], np.float32), np.array([np.inf, pi], np.float32)
         boxes["pointgoal"] = spaces.Box(low, high, dtype=np.float32)
-    if config.vision:
+    if config.vision and config.camera_size:
+        boxes["camera"] = spaces.Box(0, 255, (num_sensors, config.camera_size, config.camera_size, 3), np.uint8)
+    elif config.vision:
         boxes["photoreceptors"] = spaces.Box(0.0, 1.0, (num_sensors, config.grid**2, 3), np.float32)
     return spaces.Dict(boxes)

@@ -14,8 +14,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from prnav.policy.camera_encoders import ALL_ENCODERS
 from prnav.policy.config import PolicyConfig
-from prnav.policy.encoders import ENCODERS, Observations, Shapes, orthogonal
+from prnav.policy.encoders import Observations, Shapes, orthogonal
 from prnav.policy.features import displacement_features
 from prnav.policy.recurrence import RecurrentCore, Segments, segment
 
@@ -45,7 +46,9 @@ class RecurrentPolicy(nn.Module):
         self.config = config
         self.shapes = dict(shapes)
         self.actions = actions
-        self.encoder = ENCODERS[config.encoder](config, shapes)
+        self.encoder = ALL_ENCODERS[config.encoder](config, shapes)
+        self.encoder_type: torch.dtype | None = None
+        """Type of the encoder's products, such as bfloat16; None is that of its weights."""
         extra = ACTION_WIDTH if config.previous_action else 0
         self.displacement = config.displacement and FIXES <= set(shapes)
         extra += 2 if self.displacement else 0
@@ -109,7 +112,8 @@ class RecurrentPolicy(nn.Module):
 
     def _features(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> Tensor:
         """Inputs of the core (T * N, F) from rows (T, N, ...) and the state before the first."""
-        parts = [self.encoder({key: value.flatten(0, 1) for key, value in observations.items()})]
+        flat = {key: value.flatten(0, 1) for key, value in observations.items()}
+        parts = [self._encode(flat)]
         if self.action_embedding is not None:
             actions = torch.where(starts, self.actions, previous_actions)
             parts.append(self.action_embedding(actions.flatten()))
@@ -119,6 +123,14 @@ class RecurrentPolicy(nn.Module):
             moved = displacement_features(fixes, last) * (~starts)[..., None].to(fixes.dtype)
             parts.append(moved.flatten(0, 1))
         return torch.cat(parts, dim=-1)
+
+    def _encode(self, observations: Observations) -> Tensor:
+        """Encoding (B, D) in float32."""
+        if self.encoder_type is None:
+            return self.encoder(observations)
+        with torch.autocast(next(self.parameters()).device.type, dtype=self.encoder_type):
+            encoding: Tensor = self.encoder(observations)
+            return encoding.float()
 
     def _head_inputs(self, outputs: Tensor, features: Tensor) -> Tensor:
         return torch.cat([outputs, features], dim=-1) if self.config.skip else outputs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-EncoderName = Literal["transformer", "compact", "blind"]
+EncoderName = Literal["transformer", "compact", "blind", "camera", "resnet50"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,9 @@ class PolicyConfig:
 
     encoder: EncoderName = "transformer"
     """"transformer": the paper's, one token per photoreceptor; "compact": one MLP over all readings and designs, for
-    CPUs; "blind": no readings at all (the paper's intelligent blind agent)."""
+    CPUs; "blind": no readings at all (the paper's intelligent blind agent); "camera": the same transformer over a
+    camera's patches of 16 x 16 pixels; "resnet50": torchvision's, with group norm. The last two need
+    ``env.camera_size``."""
     width: int = 128
     """Width of the encoder's output, of the transformer's tokens and of the MLP's hidden layer."""
     transformer_layers: int = 3
@@ -52,7 +54,7 @@ class PolicyConfig:
             raise ValueError(f"lstm_hidden is {self.lstm_hidden}; with displacement it must be at least 3")
         if self.head_hidden < 0:
             raise ValueError(f"head_hidden is {self.head_hidden}; it must be 0 (linear heads) or more")
-        if self.encoder == "transformer" and self.width % self.transformer_heads:
+        if self.encoder in ("transformer", "camera") and self.width % self.transformer_heads:
             raise ValueError(
                 f"width {self.width} cannot be split over {self.transformer_heads} transformer_heads; "
                 f"make it a multiple of {self.transformer_heads}"

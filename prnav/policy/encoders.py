@@ -1,5 +1,7 @@
 """From one step's observation to one vector: the paper's transformer, a compact MLP, and a blind encoder.
 
+Encoders of pictures are in :mod:`prnav.policy.camera_encoders`, which build on what is here.
+
 Letters in shapes: B batch, K sensors, P photoreceptors per sensor (grid * grid), D encoder width, S tokens.
 """
 
@@ -36,7 +38,7 @@ def orthogonal(layer: nn.Linear, gain: float = math.sqrt(2.0)) -> nn.Linear:
     return layer
 
 
-def _vector_keys(shapes: Shapes) -> list[str]:
+def vector_keys(shapes: Shapes) -> list[str]:
     """Keys of the vector observations that an encoder reads, in a fixed order."""
     return sorted(key for key, shape in shapes.items() if len(shape) == 1)
 
@@ -62,7 +64,7 @@ class BlindEncoder(nn.Module):
 
     def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
         super().__init__()
-        self.keys = _vector_keys(shapes)
+        self.keys = vector_keys(shapes)
         self.inputs = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
         if not self.inputs:
             raise ConfigError(
@@ -91,7 +93,7 @@ class CompactEncoder(nn.Module):
     def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
         super().__init__()
         sensors, receptors, design = _sensor_shape(shapes, config.encoder)
-        self.keys = _vector_keys(shapes)
+        self.keys = vector_keys(shapes)
         vectors = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
         self.layers = nn.Sequential(
             orthogonal(nn.Linear(sensors * receptors * 3 + sensors * design + vectors, config.width)),
@@ -126,26 +128,43 @@ class TransformerBlock(nn.Module):
         split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
         query, key, value = split.permute(2, 0, 3, 1, 4).unbind(0)
         attended = functional.scaled_dot_product_attention(query, key, value)
-        tokens = tokens + self.attention_out(attended.transpose(1, 2).reshape(batch, count, width))
+        return self._finish(tokens, attended.transpose(1, 2).reshape(batch, count, width))
+
+    def first(self, tokens: Tensor) -> Tensor:
+        """The first token (B, D) after one layer: what :meth:`forward` gives at a tenth of the cost.
+
+        With one query per head, keys and values need not be made: the query is carried through the keys' weights to
+        the tokens, and the tokens' weighted mean through the values'. The keys' bias adds the same to all scores.
+        """
+        batch, _, width = tokens.shape
+        normed = self.attention_norm(tokens)
+        of_query, of_key, of_value = self.attention_in.weight.view(3, self.heads, width // self.heads, width)
+        to_query, _, to_value = self.attention_in.bias.view(3, width)
+        query = functional.linear(normed[:, 0], of_query.reshape(width, width), to_query).view(batch, self.heads, -1)
+        probe = torch.einsum("bhe,hed->bhd", query, of_key) * query.shape[-1] ** -0.5
+        weights = torch.softmax(probe @ normed.transpose(1, 2), dim=-1)  # (B, heads, S)
+        attended = torch.einsum("bhd,hed->bhe", weights.to(normed.dtype) @ normed, of_value).reshape(batch, width)
+        return self._finish(tokens[:, 0], attended + to_value)
+
+    def _finish(self, tokens: Tensor, attended: Tensor) -> Tensor:
+        """Tokens (..., D) after the rest of the layer."""
+        tokens = tokens + self.attention_out(attended)
         return tokens + self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
 
 
-class TransformerEncoder(nn.Module):
-    """The paper's encoder (section "Architecture" and its figure in the appendix).
+class TokenTransformer(nn.Module):
+    """Tokens of what is seen, after a readout token and tokens of the vectors; the encoding is the readout's output.
 
-    One token per photoreceptor, [reading, design of its sensor, learned embedding of its place in the grid]; a readout
-    token; one token for GPS and compass and, where the task has one, one for the goal. Three layers; the encoding is
-    the readout token's output.
+    GPS and compass make one token, the goal, where the task has one, another. What the last layer makes of all other
+    tokens than the readout is never asked for, and not computed.
     """
 
     def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
         super().__init__()
-        _, receptors, design = _sensor_shape(shapes, config.encoder)
         width = config.width
-        self.positions = nn.Parameter(0.02 * torch.randn(receptors, config.position_width))
+        self.make_sight(config, shapes)
         self.readout = nn.Parameter(0.02 * torch.randn(width))
-        self.receptor_token = nn.Linear(3 + design + config.position_width, width)
-        keys = _vector_keys(shapes)
+        keys = vector_keys(shapes)
         self.groups = [[key for key in keys if key != GOAL], [key for key in keys if key == GOAL]]
         self.groups = [group for group in self.groups if group]
         self.vector_tokens = nn.ModuleList(
@@ -157,25 +176,60 @@ class TransformerEncoder(nn.Module):
         )
         self.norm = nn.LayerNorm(width)
 
+    def make_sight(self, config: PolicyConfig, shapes: Shapes) -> None:
+        """Make the layers of :meth:`sight_tokens`."""
+        raise NotImplementedError
+
+    def sight_tokens(self, observations: Observations) -> Tensor:
+        """Tokens (B, S', D) of what is seen."""
+        raise NotImplementedError
+
     def tokens(self, observations: Observations) -> Tensor:
-        """Input tokens (B, S, D): readout, vectors, then the photoreceptors of each sensor in turn."""
-        readings = scale_readings(observations[READINGS])  # (B, K, P, 3)
-        batch, sensors, receptors, _ = readings.shape
-        designs = observations[DESIGN][:, :, None].expand(-1, -1, receptors, -1)
-        positions = self.positions.expand(batch, sensors, -1, -1)
-        receptor_tokens = self.receptor_token(torch.cat([readings, designs, positions], dim=-1)).flatten(1, 2)
+        """Input tokens (B, S, D): readout, vectors, then what is seen."""
+        sight = self.sight_tokens(observations)
         vector_tokens = [
             layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))[:, None]
             for layer, group in zip(self.vector_tokens, self.groups, strict=True)
         ]
-        return torch.cat([self.readout.expand(batch, 1, -1), *vector_tokens, receptor_tokens], dim=1)
+        readout = self.readout.to(sight.dtype).expand(len(sight), 1, -1)
+        return torch.cat([readout, *vector_tokens, sight], dim=1)
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
         tokens = self.tokens(observations)
-        for block in self.blocks:
+        for block in self.blocks[:-1]:
             tokens = block(tokens)
-        return self.norm(tokens[:, 0])
+        last = self.blocks[-1]
+        assert isinstance(last, TransformerBlock)
+        return self.norm(last.first(tokens))
+
+
+class TransformerEncoder(TokenTransformer):
+    """The paper's encoder of photoreceptors (section "Architecture" and its figure in the appendix).
+
+    One token per photoreceptor: [reading, design of its sensor, learned embedding of its place in the grid].
+    """
+
+    def make_sight(self, config: PolicyConfig, shapes: Shapes) -> None:
+        """Places in the grid, and the map to tokens."""
+        _, receptors, design = _sensor_shape(shapes, config.encoder)
+        self.positions = nn.Parameter(0.02 * torch.randn(receptors, config.position_width))
+        self.receptor_token = nn.Linear(3 + design + config.position_width, config.width)
+
+    def sight_tokens(self, observations: Observations) -> Tensor:
+        """Tokens (B, K * P, D) of the photoreceptors of each sensor in turn.
+
+        One linear map of [reading, design, place], done in three parts, so that a design is mapped once per sensor
+        and a place once per grid.
+        """
+        readings = scale_readings(observations[READINGS])  # (B, K, P, 3)
+        layer = self.receptor_token
+        of_reading, of_design, of_place = layer.weight.split(
+            [3, observations[DESIGN].shape[-1], self.positions.shape[1]], 1
+        )
+        tokens = functional.linear(readings, of_reading, layer.bias)
+        tokens = tokens + functional.linear(observations[DESIGN], of_design)[:, :, None]
+        return (tokens + functional.linear(self.positions, of_place)).flatten(1, 2)
 
 
 ENCODERS: Mapping[str, type[nn.Module]] = {
@@ -183,3 +237,4 @@ ENCODERS: Mapping[str, type[nn.Module]] = {
     "compact": CompactEncoder,
     "blind": BlindEncoder,
 }
+"""Those of photoreceptors, and of none."""

@@ -139,7 +139,7 @@ class PackedLayer(torch.autograd.Function):
         d_gates = torch.empty_like(gates)
         views = [x.numpy() for x in (outer, gates, cells, squashed, d_hidden, d_cell, d_gates)]
         for row, last, count in reversed(ctx.steps):
-            _backward(*views, row, last, count)
+            _backward(*views, row, last, count)  # type: ignore[call-arg, arg-type]
             torch.mm(d_gates[row : row + count], w_hh, out=d_hidden[:count])
         turned = d_gates.t()
         return (

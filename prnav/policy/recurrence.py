@@ -100,5 +100,6 @@ class RecurrentCore(nn.Module):
         """Packed outputs (T * N, H) from packed rows (T * N, F): the same numbers several times faster."""
         walk = packed_steps(segments.batch_sizes.numpy())
         for layer, weights in enumerate(self.lstm.all_weights):
-            rows = packed_layer(rows, begin[0, layer], begin[1, layer], tuple(weights), walk)
+            w_ih, w_hh, b_ih, b_hh = weights
+            rows = packed_layer(rows, begin[0, layer], begin[1, layer], (w_ih, w_hh, b_ih, b_hh), walk)
         return rows

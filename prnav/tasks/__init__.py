@@ -3,7 +3,7 @@
 from prnav.tasks.measures import path_efficiency, soft_spl, spl
 from prnav.tasks.pointgoal import PointGoalConfig
 from prnav.tasks.rules import Rules, Verdict, judge
-from prnav.tasks.targetnav import TargetNavConfig, training_scenes
+from prnav.tasks.targetnav import TargetNavConfig
 
 __all__ = [
     "PointGoalConfig",
@@ -14,5 +14,4 @@ __all__ = [
     "path_efficiency",
     "soft_spl",
     "spl",
-    "training_scenes",
 ]

@@ -5,7 +5,6 @@ A green sphere hangs over the goal; the agent is not told where. There is no sto
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-
-TRAINING_SCENES = 10
-"""Training scenes of TargetNav, drawn from PointGoalNav's."""
-TRAINING_SEED = 0
-"""Seed of that draw."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +66,3 @@ def spheres(goals: ArrayLike, config: TargetNavConfig) -> Floats:
     goals = np.asarray(goals, np.float64)
     radii = np.full((len(goals), 1), config.radius if config.visible else 0.0)
     return np.concatenate([goals + [0.0, config.height, 0.0], radii], axis=1)
-
-
-def training_scenes(scene_ids: Sequence[str]) -> tuple[str, ...]:
-    """The ten scenes that TargetNav trains in, in order, of the ids of PointGoalNav's training split."""
-    count = min(TRAINING_SCENES, len(scene_ids))
-    drawn = np.random.Generator(np.random.PCG64(TRAINING_SEED)).choice(len(scene_ids), count, replace=False)
-    return tuple(scene_ids[index] for index in sorted(drawn.tolist()))

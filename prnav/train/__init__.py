@@ -1,6 +1,7 @@
 """Training: PPO as pure functions, rollouts, checkpoints, and the loop."""
 
-from prnav.train.config import TrainConfig, load_train_config, without_readings
+from prnav.train.config import TrainConfig, group_sizes, load_train_config, without_readings
+from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import ImitationConfig
 from prnav.train.ppo import PPOConfig
 from prnav.train.run_folder import RunFolder, read_metrics
@@ -12,6 +13,9 @@ __all__ = [
     "RunFolder",
     "TrainConfig",
     "Trainer",
+    "Workers",
+    "group_sizes",
+    "join_workers",
     "load_policy",
     "load_train_config",
     "read_metrics",

@@ -30,11 +30,20 @@ R = TypeVar("R")
 
 
 def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
-    """Write nested dicts and lists of tensors, arrays, strings, numbers, booleans and None."""
+    """Write nested dicts and lists of tensors, arrays, strings, numbers, booleans and None.
+
+    Raises:
+        CheckpointError: the disk is full, or lets nothing be written there; what stood there before still does.
+    """
     arrays: dict[str, NDArray[Any]] = {}
     skeleton = _strip(tree, "", arrays)
-    with atomic_path(path) as temporary:
-        save_file(arrays, temporary, metadata={"format": str(FORMAT), "tree": json.dumps(skeleton)})
+    try:
+        with atomic_path(path) as temporary:
+            save_file(arrays, temporary, metadata={"format": str(FORMAT), "tree": json.dumps(skeleton)})
+    except (OSError, SafetensorError) as error:
+        raise CheckpointError(
+            f"checkpoint {path}: cannot be written ({error}); make room on the disk, or choose another --run DIR"
+        ) from error
 
 
 def load_checkpoint(path: Path) -> dict[str, Any]:
@@ -84,9 +93,14 @@ def _fill(node: Any, array: Callable[[str], NDArray[Any]]) -> Any:
     return node
 
 
-def checkpoint_path(folder: Path, step: int) -> Path:
-    """Where the checkpoint of that step stands."""
-    return folder / f"step-{step:012d}{SUFFIX}"
+def checkpoint_path(folder: Path, step: int, rank: int = 0) -> Path:
+    """Where the checkpoint of that step stands; workers other than the first keep their environments beside it."""
+    return folder / f"step-{step:012d}{f'.worker-{rank}' if rank else ''}{SUFFIX}"
+
+
+def best_path(folder: Path) -> Path:
+    """Where the policy stands that did best in validation."""
+    return folder / f"best{SUFFIX}"
 
 
 def list_checkpoints(folder: Path) -> list[Path]:
@@ -97,13 +111,19 @@ def list_checkpoints(folder: Path) -> list[Path]:
 
 
 def prune_checkpoints(folder: Path, keep: int) -> None:
-    """Delete all but the last ``keep``."""
+    """Delete all but the last ``keep``, and what was left of writing that was interrupted."""
     for path in list_checkpoints(folder)[:-keep]:
         path.unlink()
+        for part in folder.glob(f"{path.stem}.worker-*{SUFFIX}"):
+            part.unlink()
+    for path in folder.glob(f".*.tmp{SUFFIX}"):
+        path.unlink(missing_ok=True)
 
 
-def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable[[str], None]) -> R:
+def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable[[str], None], workers: int = 1) -> R:
     """``use`` the tree of the newest checkpoint that can be read; ``warn`` of each newer one that cannot.
+
+    With several ``workers``, all their parts must be readable.
 
     Raises:
         CheckpointError: there is none.
@@ -114,6 +134,8 @@ def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable
     for path in reversed(paths):
         try:
             tree = load_checkpoint(path)
+            for rank in range(1, workers):
+                load_checkpoint(path.with_name(f"{path.stem}.worker-{rank}{SUFFIX}"))
         except CheckpointError as error:
             if path == paths[0]:
                 raise

@@ -29,11 +29,26 @@ class TrainConfig:
     total_steps: int = 1_000_000
     """Simulation steps in all, those of the warm start included."""
     num_envs: int = 30
+    """Environments of each worker."""
+    groups: int = 2
+    """Groups that a worker's environments are simulated in side by side: while the policy decides for one, another
+    walks and sees. The same number gives the same bits."""
+    sync_fraction: float = 1.0
+    """With several workers, the share of them that must have finished a rollout before those that still collect are
+    cut short (DD-PPO's preemption; its published code has 0.6). It makes results depend on the machine's load; 1 waits
+    for all."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     threads: int = 0
     """Cores that the learner uses on a CPU; 0 is all. The same number gives the same bits."""
     checkpoint_steps: int = 100_000
     keep_checkpoints: int = 3
+    validate_steps: int = 0
+    """Steps between two validations on the val split, by which the best checkpoint is kept; 0 is never."""
+    validation_episodes: int = 64
+    precision: Literal["float32", "tf32", "bfloat16"] = "float32"
+    """Of the encoder's products on a GPU: "tf32" for all of the policy's, "bfloat16" for the encoder's."""
+    compile: bool = False
+    """Whether torch compiles the encoder: pays on a GPU, after a minute."""
     window: int = 200
     """Episodes over which the reported success, SPL and reward are averaged."""
     env: EnvConfig = field(default_factory=EnvConfig)
@@ -42,7 +57,8 @@ class TrainConfig:
     imitation: ImitationConfig = field(default_factory=ImitationConfig)
 
     def __post_init__(self) -> None:
-        for name in ("total_steps", "num_envs", "checkpoint_steps", "keep_checkpoints", "window"):
+        positive = ("total_steps", "num_envs", "groups", "checkpoint_steps", "keep_checkpoints", "validation_episodes")
+        for name in (*positive, "window"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
         if self.task != self.env.task_name:
@@ -50,9 +66,11 @@ class TrainConfig:
                 f"task is {self.task!r} and env is for {self.env.task_name!r}; targetnav needs a table [env.targetnav] "
                 f"(it may be empty), pointgoal must not have one"
             )
-        for name in ("seed", "threads"):
+        for name in ("seed", "threads", "validate_steps"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        if not 0.0 < self.sync_fraction <= 1.0:
+            raise ValueError(f"sync_fraction is {self.sync_fraction}; it must be above 0 and at most 1")
         for name, parts in (("ppo", self.ppo.mini_batches), ("imitation", self.imitation.mini_batches)):
             if parts > self.num_envs:
                 raise ValueError(
@@ -61,8 +79,26 @@ class TrainConfig:
                 )
 
 
-FREE_ON_RESUME = frozenset({"name", "total_steps", "checkpoint_steps", "keep_checkpoints", "threads", "device"})
-"""Keys that a resumed run may change."""
+FREE_ON_RESUME = frozenset(
+    {
+        "name",
+        "total_steps",
+        "groups",
+        "checkpoint_steps",
+        "keep_checkpoints",
+        "validate_steps",
+        "validation_episodes",
+        "threads",
+        "device",
+    }
+)
+"""Keys that a resumed run may change; ``groups`` only to what its checkpoint has."""
+
+
+def group_sizes(num_envs: int, groups: int) -> list[int]:
+    """How many environments each group has: as even as can be, none empty."""
+    groups = min(groups, num_envs)
+    return [num_envs // groups + (place < num_envs % groups) for place in range(groups)]
 
 
 def available_cores() -> int:

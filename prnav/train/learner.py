@@ -37,6 +37,11 @@ class Part:
     weight: float
     """Share of the mini-batch."""
 
+    @property
+    def size(self) -> int:
+        """Steps in it."""
+        return self.arrays["starts"].numel()
+
 
 class Learner:
     """Adam on a policy's parameters."""
@@ -95,7 +100,8 @@ class Learner:
 
         results = list(self._pool.map(gradients, parts)) if self._pool else [gradients(part) for part in parts]
         summed = [sum(row[1:], row[0]) for row in zip(*(result[0] for result in results), strict=True)]
-        for parameter, gradient in zip(self.parameters, self.workers.average(summed), strict=True):
+        size = sum(part.size for part in parts)
+        for parameter, gradient in zip(self.parameters, self.workers.average(summed, size), strict=True):
             parameter.grad = gradient
         norm = torch.nn.utils.clip_grad_norm_(self.parameters, max_grad_norm)
         self.optimizer.step()

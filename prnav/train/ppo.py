@@ -40,6 +40,8 @@ class PPOConfig:
     """How far a value may move from the rollout's before its loss stops pulling; 0 is off."""
     linear_decay: bool = False
     """Whether the learning rate falls linearly to 0 over the steps of the run that PPO does."""
+    linear_clip_decay: bool = False
+    """Whether ``clip`` falls likewise."""
 
     def __post_init__(self) -> None:
         for name in ("rollout_steps", "epochs", "mini_batches"):
@@ -99,9 +101,23 @@ def advantages(
     return result
 
 
-def normalized(values: Tensor) -> Tensor:
-    """``values`` with mean 0 and variance 1 (all 0 where they do not differ)."""
-    return (values - values.mean()) / (values.std(correction=0) + 1e-8)
+def moments(values: Tensor) -> Tensor:
+    """Count, sum and sum of squares of ``values``, (3,) float64 on the host; those of several workers add up."""
+    exact = values.double()
+    return torch.stack([exact.new_tensor(exact.numel()), exact.sum(), exact.square().sum()]).cpu()
+
+
+def normalized(values: Tensor, of: Tensor | None = None) -> Tensor:
+    """``values`` shifted and scaled so that all values have mean 0 and variance 1 (all 0 where they do not differ).
+
+    Args:
+        values: Any shape.
+        of: :func:`moments` of all values, these among them; these alone if not given.
+    """
+    count, total, squares = (moments(values) if of is None else of).tolist()
+    mean = total / count
+    deviation = max(squares / count - mean * mean, 0.0) ** 0.5
+    return (values - mean) / (deviation + 1e-8)
 
 
 def clipped_surrogate(log_probs: Tensor, old_log_probs: Tensor, advantage: Tensor, clip: float) -> Tensor:

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from prnav.errors import ConfigError
 from prnav.policy import RecurrentPolicy, log_probabilities, sample_actions
+from prnav.train.progress import Progress
 
 NO_EXPERT = -1
 """Label of a step for which no oracle was asked."""
@@ -24,11 +25,24 @@ NO_EXPERT = -1
 class Rollout:
     """T steps of N environments, and what the policy thought of them."""
 
-    def __init__(self, steps: int, environments: int, policy: RecurrentPolicy) -> None:
+    def __init__(
+        self, steps: int, environments: int, policy: RecurrentPolicy, types: Mapping[str, torch.dtype] | None = None
+    ) -> None:
+        """Storage of zeros.
+
+        Args:
+            steps: T.
+            environments: N.
+            policy: Says what is observed, how large its state is and on which device all this lies.
+            types: Types of observations that are not float32, such as pictures.
+        """
+        types = types or {}
         state = policy.initial_state(environments)
-        shape = (steps, environments)
-        self.steps, self.environments, self.device = steps, environments, state.device
-        self.observations = {key: torch.zeros(*shape, *size, device=self.device) for key, size in policy.shapes.items()}
+        shape, self.device = (steps, environments), state.device
+        self.observations = {
+            key: torch.zeros(*shape, *size, device=self.device, dtype=types.get(key, torch.float32))
+            for key, size in policy.shapes.items()
+        }
         self.state = state
         """Recurrent state before the first step, (2, L, N, H)."""
         self.last_values = torch.zeros(environments, device=self.device)
@@ -37,12 +51,31 @@ class Rollout:
         self.arrays |= {name: torch.zeros(shape, dtype=torch.int64, device=self.device) for name in _INTEGERS}
         self.arrays |= {name: torch.zeros(shape, dtype=torch.bool, device=self.device) for name in _FLAGS}
 
+    @property
+    def steps(self) -> int:
+        """T."""
+        return self.arrays["rewards"].shape[0]
+
+    @property
+    def environments(self) -> int:
+        """N."""
+        return self.arrays["rewards"].shape[1]
+
     def __getitem__(self, name: str) -> Tensor:
         """One of the (T, N) arrays by name."""
         return self.arrays[name]
 
     def __setitem__(self, name: str, value: Tensor) -> None:
         self.arrays[name] = value
+
+    def window(self, steps: slice = slice(None), environments: slice = slice(None)) -> Rollout:
+        """Some of the steps and environments: what is written there is written here."""
+        part = object.__new__(Rollout)
+        part.device = self.device
+        part.observations = {key: value[steps, environments] for key, value in self.observations.items()}
+        part.arrays = {name: array[steps, environments] for name, array in self.arrays.items()}
+        part.state, part.last_values = self.state[:, :, environments], self.last_values[environments]
+        return part
 
 
 _FLOATS = ("rewards", "values", "log_probs", "final_values")
@@ -51,61 +84,75 @@ _FLAGS = ("starts", "terminated", "truncated")
 
 
 class Collector:
-    """Steps the environments with a policy, and holds all that a rollout carries over to the next."""
+    """Steps some environments with a policy, and holds all that a rollout carries over to the next."""
 
     def __init__(self, envs: VectorEnv, policy: RecurrentPolicy, seed: int) -> None:
         self.envs = envs
         self.policy = policy
-        self.generator = np.random.Generator(np.random.PCG64(seed))
         self.observations, _ = envs.reset(seed=seed)
         self.starts = np.ones(envs.num_envs, dtype=bool)
         self.previous_actions = np.zeros(envs.num_envs, dtype=np.int64)
         self.recurrent = policy.initial_state(envs.num_envs)
 
     @torch.no_grad()
-    def collect(self, rollout: Rollout, expert_share: float | None = None) -> list[dict[str, float]]:
-        """Fill ``rollout``; with an ``expert_share``, the oracle labels all steps and takes that share of them.
+    def collect(
+        self,
+        rollout: Rollout,
+        noise: Tensor,
+        progress: Progress,
+        member: int = 0,
+        expert_share: float | None = None,
+    ) -> list[dict[str, float]]:
+        """Fill ``rollout`` to the step that ``progress`` allows.
+
+        Args:
+            rollout: Columns of these environments.
+            noise: Uniform numbers in (0, 1), (T, N, A + 1): one per action to draw the policy's action, and one to
+                choose whether the oracle acts.
+            progress: Asked before each step.
+            member: Number of this collector to ``progress``.
+            expert_share: If given, the oracle labels all steps and takes that share of them.
 
         Returns:
             The measures of each episode that ended.
         """
         ended: list[dict[str, float]] = []
-        rollout.state = self.recurrent
-        for t in range(rollout.steps):
+        rollout.state.copy_(self.recurrent)
+        t = 0
+        while progress.may_step(member):
             self._show(rollout, t)
-            actions = self._act(rollout, t, expert_share)
+            actions = self._act(rollout, t, noise[t], expert_share)
             self.observations, rewards, terminated, truncated, info = self.envs.step(actions)
-            rollout["rewards"][t] = torch.from_numpy(np.asarray(rewards, dtype=np.float32))
-            rollout["terminated"][t] = torch.from_numpy(terminated)
-            rollout["truncated"][t] = torch.from_numpy(truncated & ~terminated)
+            rollout["rewards"][t] = as_tensor(np.asarray(rewards, dtype=np.float32))
+            rollout["terminated"][t] = as_tensor(terminated)
+            rollout["truncated"][t] = as_tensor(truncated & ~terminated)
             cut = np.flatnonzero(truncated & ~terminated)
             if cut.size:
                 rollout["final_values"][t, cut] = self._values(final_observations(info, cut), cut, actions[cut])
             self.starts = terminated | truncated
             ended += final_measures(info, np.flatnonzero(self.starts))
             self.previous_actions = actions
+            t += 1
         everyone = np.arange(self.envs.num_envs)
-        rollout.last_values = self._values(self.observations, everyone, self.previous_actions, self.starts)
+        rollout.last_values.copy_(self._values(self.observations, everyone, self.previous_actions, self.starts))
         return ended
 
     def _show(self, rollout: Rollout, t: int) -> None:
         for key, storage in rollout.observations.items():
-            storage[t] = torch.from_numpy(self.observations[key])
-        rollout["starts"][t] = torch.from_numpy(self.starts)
-        rollout["previous_actions"][t] = torch.from_numpy(self.previous_actions)
+            storage[t] = as_tensor(self.observations[key])
+        rollout["starts"][t] = as_tensor(self.starts)
+        rollout["previous_actions"][t] = as_tensor(self.previous_actions)
 
-    def _act(self, rollout: Rollout, t: int, expert_share: float | None) -> NDArray[np.int64]:
+    def _act(self, rollout: Rollout, t: int, noise: Tensor, expert_share: float | None) -> NDArray[np.int64]:
         observations = {key: value[t] for key, value in rollout.observations.items()}
         output = self.policy.step(observations, rollout["previous_actions"][t], rollout["starts"][t], self.recurrent)
         self.recurrent = output.state
-        uniforms = self.generator.uniform(1e-7, 1.0 - 1e-7, size=tuple(output.logits.shape)).astype(np.float32)
-        actions = sample_actions(output.logits, torch.from_numpy(uniforms).to(rollout.device))
+        actions = sample_actions(output.logits, noise[:, :-1])
         rollout["expert"][t] = NO_EXPERT
         if expert_share is not None:
-            expert = torch.from_numpy(expert_actions(self.envs)).to(rollout.device)
-            shown = torch.from_numpy(self.generator.random(len(expert)) < expert_share).to(rollout.device)
+            expert = as_tensor(expert_actions(self.envs)).to(rollout.device)
             rollout["expert"][t] = expert
-            actions = torch.where(shown, expert, actions)
+            actions = torch.where(noise[:, -1] < expert_share, expert, actions)
         rollout["actions"][t] = actions
         rollout["values"][t] = output.values
         rollout["log_probs"][t] = log_probabilities(output.logits, actions)
@@ -113,7 +160,7 @@ class Collector:
 
     def _values(
         self,
-        observations: Mapping[str, NDArray[Any]],
+        observations: Mapping[str, Any],
         rows: NDArray[np.int64],
         previous_actions: NDArray[np.int64],
         starts: NDArray[np.bool_] | None = None,
@@ -121,7 +168,7 @@ class Collector:
         """Value of one more step in the environments ``rows``, without taking it."""
         device = self.recurrent.device
         output = self.policy.step(
-            {key: torch.from_numpy(observations[key]).to(device) for key in self.policy.shapes},
+            {key: as_tensor(observations[key]).to(device) for key in self.policy.shapes},
             torch.from_numpy(previous_actions).to(device),
             torch.from_numpy(np.zeros(len(rows), dtype=bool) if starts is None else starts).to(device),
             self.recurrent[:, :, torch.from_numpy(rows).to(device)],
@@ -132,11 +179,10 @@ class Collector:
         """All that the next rollout depends on, the environments included."""
         return {
             "environments": self.envs.get_state(),  # type: ignore[attr-defined]
-            "observations": {key: np.array(self.observations[key]) for key in self.policy.shapes},
+            "observations": {key: as_tensor(self.observations[key]) for key in self.policy.shapes},
             "starts": self.starts,
             "previous_actions": self.previous_actions,
             "recurrent": self.recurrent,
-            "generator": self.generator.bit_generator.state,
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
@@ -146,7 +192,13 @@ class Collector:
         self.starts = state["starts"]
         self.previous_actions = state["previous_actions"]
         self.recurrent = torch.from_numpy(state["recurrent"]).to(self.recurrent.device)
-        self.generator.bit_generator.state = state["generator"]
+
+
+def as_tensor(values: Any) -> Tensor:
+    """A tensor over the same memory: of a NumPy array on the host, of anything that speaks DLPack where it lies."""
+    if isinstance(values, np.ndarray):
+        return torch.from_numpy(values)
+    return values if isinstance(values, Tensor) else torch.from_dlpack(values)
 
 
 def expert_actions(envs: VectorEnv) -> NDArray[np.int64]:
@@ -160,19 +212,22 @@ def expert_actions(envs: VectorEnv) -> NDArray[np.int64]:
     return np.asarray(envs.expert_actions(), dtype=np.int64)
 
 
-def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict[str, Any]:
     """Last observations (n, ...) of the episodes that ended in ``rows``, which a same-step reset has replaced.
 
-    Ours are arrays in ``info["final_obs"]``; Gymnasium's own vector environments put one dictionary per row there.
+    They are arrays in ``info["final_obs"]``, or, as Gymnasium's own vector environments have it, one dictionary per
+    row; arrays may lie on a device.
     """
     final = info["final_obs"]
     if isinstance(final, Mapping):
-        return {key: np.asarray(value)[rows] for key, value in final.items() if not key.startswith("_")}
-    return {key: np.stack([final[row][key] for row in rows]) for key in final[rows[0]]}
+        return {key: value[rows] for key, value in final.items() if not key.startswith("_")}
+    return {key: torch.stack([as_tensor(final[row][key]) for row in rows]) for key in final[rows[0]]}
 
 
 def final_measures(info: Mapping[str, Any], rows: NDArray[np.int64]) -> list[dict[str, float]]:
     """The numbers in ``info["final_info"]`` for the episodes that ended in ``rows``, one dictionary per episode."""
+    if not rows.size:
+        return []
     final = info.get("final_info", {})
     numbers = {
         key: np.asarray(value, dtype=np.float64)

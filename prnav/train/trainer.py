@@ -1,4 +1,4 @@
-"""The training loop: collect, advantages, update, log, save."""
+"""The training loop: collect, advantages, update, log, validate, save."""
 
 from __future__ import annotations
 
@@ -7,33 +7,41 @@ import platform
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.spaces import Dict, Discrete
 from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
 
 from prnav.config import config_hash
-from prnav.errors import ConfigError, PrnavError
+from prnav.errors import CheckpointError, PrnavError
 from prnav.policy import RecurrentPolicy, build_policy
 from prnav.train import checkpoint, ppo
 from prnav.train.config import TrainConfig, available_cores
-from prnav.train.distributed import join_workers
+from prnav.train.crew import Crew
+from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
-from prnav.train.rollout import Collector, Rollout
+from prnav.train.machine import choose_device, set_precision, spaces_of, types_of
+from prnav.train.rollout import Rollout
 from prnav.train.run_folder import RunFolder
+from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
+from prnav.train.validation import score, validate
 from prnav.version import __version__
 
 Row = dict[str, Any]
+Picture = Callable[[VectorEnv, NDArray[np.float64]], NDArray[np.uint8]]
+"""(environments, where the first agent walked (steps, 3)) -> picture (H, W, 3)."""
 
 
 class Trainer:
-    """Trains a policy in a batch of environments that restart in the same step, and keeps its run directory.
+    """Trains a policy in batches of environments that restart in the same step, and keeps its run directory.
 
     The environments have spaces, ``get_state`` and ``set_state``, and, for a warm start, ``expert_actions``.
     """
@@ -41,63 +49,87 @@ class Trainer:
     def __init__(
         self,
         config: TrainConfig,
-        envs: VectorEnv,
+        envs: VectorEnv | Sequence[VectorEnv],
         folder: RunFolder,
         report: Callable[[Row], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
         data: Mapping[str, Any] | None = None,
+        workers: Workers | None = None,
+        validation: Callable[[], VectorEnv] | None = None,
+        picture: Picture | None = None,
     ) -> None:
         """Trainer of a run that starts in ``folder`` or, where one was started, goes on from its last checkpoint.
 
         Args:
             config: What to do.
-            envs: ``config.num_envs`` environments.
+            envs: ``config.num_envs`` environments, or groups of them that are simulated side by side.
             folder: The run's files; locked until :meth:`close`.
             report: Called with each row of metrics.
             warn: Called with what the user should know and the run survives.
             data: What the run was made from, for ``run.json``.
+            workers: All processes that share the run; those that the launcher started if not given.
+            validation: Makes the environments of a validation, one per episode; called when the first one is due.
+            picture: Draws an episode of the validation for TensorBoard.
         """
-        self.config, self.envs, self.folder, self.report, self.warn = config, envs, folder, report, warn
-        workers = join_workers()
-        folder.acquire()
-        self.device = choose_device(config.device)
-        self.threads = (config.threads or available_cores()) if self.device.type == "cpu" else 1
+        groups = [envs] if isinstance(envs, VectorEnv) else list(envs)
+        self.config, self.folder, self.report, self.warn = config, folder, report, warn
+        self.workers = join_workers() if workers is None else workers
+        self.workers.on_first(folder.acquire)
+        self.device = choose_device(config.device, self.workers.local_rank)
+        cores = max(1, available_cores() // self.workers.local_size)
+        self.threads = (config.threads or cores) if self.device.type == "cpu" else 1
         if self.device.type == "cpu":
-            torch.set_num_threads(1)  # the learner's parts and the simulator are what runs side by side
-        shapes, actions = spaces_of(envs)
+            torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
+        shapes, actions = spaces_of(groups[0])
         self.policy = build_policy(config.policy, shapes, actions, config.seed).to(self.device)
-        self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, workers)
-        self.collector = Collector(envs, self.policy, config.seed)
-        self.rollout = Rollout(config.ppo.rollout_steps, config.num_envs, self.policy)
-        self.step = self.updates = self.episodes = self.saved_step = 0
+        set_precision(self.policy, config)
+        self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
+        self.crew = Crew(groups, self.policy, config.seed, self.threads, self.workers.rank)
+        self.storage = Rollout(config.ppo.rollout_steps, self.crew.environments, self.policy, types_of(groups[0]))
+        self.rollout = self.storage
+        self.step = self.updates = self.episodes = self.saved_step = self.validated_step = 0
         self.seconds = 0.0
         self.recent: deque[dict[str, float]] = deque(maxlen=config.window)
-        if folder.exists():
-            folder.check_resumable(config)
-            checkpoint.load_latest(folder.checkpoints, self.load_state_dict, warn)
-            folder.cut_metrics(self.step)
+        self.best: dict[str, float] = {}
+        self.sanity = Sanity(actions)
+        self._make_validation, self._picture = validation, picture
+        self._validation: VectorEnv | None = None
+        if self.workers.on_first(folder.exists):
+            self.workers.on_first(lambda: folder.check_resumable(config))
+            self._resume()
         else:
-            folder.start(config, self._facts(shapes, actions, data or {}))
+            self.workers.on_first(lambda: folder.start(config, self._facts(shapes, actions, data or {})))
             self.save()
 
     def train(self) -> str | None:
         """Train to the end of the budget, or until a signal asks to stop: its name, else None."""
-        from torch.utils.tensorboard import SummaryWriter
-
-        with StopRequest() as stop, SummaryWriter(self.folder.tensorboard, purge_step=self.step) as board:
-            while self.step < self.config.total_steps and not stop:
+        with StopRequest() as stop, self._board() as board:
+            while self.step < self.config.total_steps and not self._agree(stop.name):
                 began = time.perf_counter()
                 phase, share = self.phase()
-                ended = self.collector.collect(self.rollout, share)
+                ended = self.collect(share)
                 self.estimate_advantages()
                 collected = time.perf_counter()
                 losses = self.update(phase)
-                self.count(ended, seconds=time.perf_counter() - began)
-                self.log(board, phase, losses, collected - began, time.perf_counter() - collected)
+                row = self.count(ended, phase, losses, collected - began, time.perf_counter() - collected)
+                self.validate(row, board)
+                self.log(row, board)
                 if self.step - self.saved_step >= self.config.checkpoint_steps:
-                    self.save()
-            self.save()
-        return stop.name
+                    self.save_or_warn()
+            stopped = self._agree(stop.name)
+            if self.step != self.saved_step:
+                self.save()
+        return stopped
+
+    def collect(self, share: float | None) -> list[dict[str, float]]:
+        """Fill the rollout with steps of the policy; measures of the episodes that ended."""
+        workers, fraction = self.workers, self.config.sync_fraction
+        waited_for = (lambda: workers.share_done() >= fraction) if workers.size > 1 and fraction < 1.0 else None
+        workers.rollout_begins()
+        self.rollout, ended = self.crew.collect(self.storage, share, waited_for)
+        if waited_for is not None:
+            workers.rollout_done()
+        return ended
 
     def phase(self) -> tuple[str, float | None]:
         """What the next rollout is for, and the oracle's share of its steps (None: it is not asked)."""
@@ -114,7 +146,9 @@ class Trainer:
             rollout["rewards"], values, following, terminated, truncated, config.discount, config.gae_lambda
         )
         rollout["returns"] = advantages + values
-        rollout["advantages"] = ppo.normalized(advantages) if config.normalize_advantages else advantages
+        if config.normalize_advantages:
+            advantages = ppo.normalized(advantages, self.workers.sums(ppo.moments(advantages)))
+        rollout["advantages"] = advantages
 
     def update(self, phase: str) -> dict[str, float]:
         """Learn from the rollout; mean losses.
@@ -134,8 +168,10 @@ class Trainer:
                 imitation.max_grad_norm,
             )
         else:
-            config = self.config.ppo
-            rate = config.learning_rate * (1.0 - self._ppo_progress() if config.linear_decay else 1.0)
+            config, left = self.config.ppo, 1.0 - self._ppo_progress()
+            rate = config.learning_rate * (left if config.linear_decay else 1.0)
+            if config.linear_clip_decay:
+                config = replace(config, clip=max(config.clip * left, 1e-6))
             losses = self.learner.update(
                 self.rollout,
                 partial(ppo.ppo_loss, config=config),
@@ -156,63 +192,171 @@ class Trainer:
         begin = self.config.imitation.steps
         return min(1.0, (self.step - begin) / max(1, self.config.total_steps - begin))
 
-    def count(self, ended: list[dict[str, float]], seconds: float) -> None:
-        """Book a finished update."""
-        self.step += self.rollout.steps * self.rollout.environments
+    def count(
+        self, ended: list[dict[str, float]], phase: str, losses: Mapping[str, float], collecting: float, learning: float
+    ) -> Row:
+        """Book a finished update of all workers; its row of metrics."""
+        steps = self.rollout.steps * self.rollout.environments
+        share: Row = {"steps": steps, "ended": ended, "losses": dict(losses)}
+        shares = self.workers.gather(share)
+        taken = sum(share["steps"] for share in shares)
+        episodes = [episode for share in shares for episode in share["ended"]]
+        self.step += taken
         self.updates += 1
-        self.episodes += len(ended)
-        self.recent.extend(ended)
-        self.seconds += seconds
-
-    def log(self, board: Any, phase: str, losses: Mapping[str, float], collecting: float, learning: float) -> None:
-        """Write and report one row of metrics."""
+        self.episodes += len(episodes)
+        self.recent.extend(episodes)
+        self.seconds += collecting + learning
         keys = self.recent[-1].keys() if self.recent else ()
-        measures = {key: float(np.mean([episode[key] for episode in self.recent])) for key in keys}
-        counts = {"step": self.step, "update": self.updates, "episodes": self.episodes, "phase": phase}
-        rate = self.rollout.steps * self.rollout.environments / (collecting + learning)
-        times = {"seconds": self.seconds, "steps_per_second": rate, "collecting": collecting, "learning": learning}
-        row: Row = {**counts, "measures": measures, "losses": dict(losses), "times": times}
+        return {
+            "step": self.step,
+            "update": self.updates,
+            "episodes": self.episodes,
+            "phase": phase,
+            "measures": {key: float(np.mean([episode[key] for episode in self.recent])) for key in keys},
+            "losses": {key: sum(share["losses"][key] * share["steps"] for share in shares) / taken for key in losses},
+            "times": {
+                "seconds": self.seconds,
+                "steps_per_second": taken / (collecting + learning),
+                "collecting": collecting,
+                "learning": learning,
+            },
+        }
+
+    def log(self, row: Row, board: Any) -> None:
+        """Write and report one row of metrics."""
+        if not self.workers.first:
+            return
         self.folder.append_metrics(row)
-        for group in ("measures", "losses", "times"):
-            for name, value in row[group].items():
+        for group in ("measures", "losses", "times", "validation"):
+            for name, value in row.get(group, {}).items():
                 board.add_scalar(f"{group}/{name}", value, self.step)
+        for text in self.sanity.check(row):
+            self.warn(text)
         self.report(row)
 
+    def validate(self, row: Row, board: Any) -> None:
+        """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
+        every = self.config.validate_steps
+        if not every or self._make_validation is None or self.step - self.validated_step < every:
+            return
+        self.validated_step = self.step
+
+        def work() -> dict[str, float]:
+            if self._validation is None:
+                assert self._make_validation is not None
+                self._validation = self._make_validation()
+            measures, path = validate(self.policy, self._validation, self.config.seed)
+            if self._picture is not None and path is not None:
+                board.add_image("validation", self._picture(self._validation, path), self.step, dataformats="HWC")
+            return measures
+
+        measures = self.workers.on_first(work)
+        row["validation"] = measures
+        if score(measures) > self.best.get("score", -math.inf):
+            self.best = {"score": score(measures), "step": self.step}
+            if self.workers.first:
+                self._save_best()
+
+    def _save_best(self) -> None:
+        try:
+            checkpoint.save_checkpoint(checkpoint.best_path(self.folder.checkpoints), self._policy_state())
+        except CheckpointError as error:
+            self.warn(f"{error}; training goes on")
+
+    def save_or_warn(self) -> None:
+        """:meth:`save`, or go on without where the disk lets nothing be written: the checkpoints before still stand."""
+        try:
+            self.save()
+        except CheckpointError as error:
+            self.warn(f"{error}; training goes on, the last checkpoint is of step {self.saved_step:,}")
+
     def save(self) -> None:
-        """Write a checkpoint, and delete old ones."""
-        path = checkpoint.checkpoint_path(self.folder.checkpoints, self.step)
-        checkpoint.save_checkpoint(path, self.state_dict())
-        checkpoint.prune_checkpoints(self.folder.checkpoints, self.config.keep_checkpoints)
+        """Write a checkpoint, and delete old ones.
+
+        Raises:
+            CheckpointError: it cannot be written.
+        """
+        workers, folder = self.workers, self.folder.checkpoints
+        workers.check_same(self.learner.parameters, self.step)
+        if not workers.first:
+            tree = {"version": __version__, "collector": self.crew.state_dict()}
+            checkpoint.save_checkpoint(checkpoint.checkpoint_path(folder, self.step, workers.rank), tree)
+        workers.gather(True)  # the first worker's file makes the others' count
+        if workers.first:
+            checkpoint.save_checkpoint(checkpoint.checkpoint_path(folder, self.step), self.state_dict())
+            checkpoint.prune_checkpoints(folder, self.config.keep_checkpoints)
         self.saved_step = self.step
 
     def state_dict(self) -> dict[str, Any]:
-        """All that the rest of the run depends on."""
+        """All that the rest of the run depends on; of the environments those of this worker."""
+        return {
+            **self._policy_state(),
+            "workers": self.workers.size,
+            "learner": self.learner.state_dict(),
+            "collector": self.crew.state_dict(),
+            "seconds": self.seconds,
+            "recent": list(self.recent),
+            "validated_step": self.validated_step,
+            "best": self.best,
+        }
+
+    def _policy_state(self) -> dict[str, Any]:
+        """What :func:`load_policy` needs."""
         return {
             "version": __version__,
             "config_hash": config_hash(self.config),
             "shapes": self.policy.shapes,
             "actions": self.policy.actions,
             "policy": self.policy.state_dict(),
-            "learner": self.learner.state_dict(),
-            "collector": self.collector.state_dict(),
             "counters": {"step": self.step, "updates": self.updates, "episodes": self.episodes},
-            "seconds": self.seconds,
-            "recent": list(self.recent),
         }
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def _resume(self) -> None:
+        """Go on from the last checkpoint that all workers can read."""
+        workers, folder = self.workers, self.folder.checkpoints
+
+        def newest() -> int:
+            return checkpoint.load_latest(folder, lambda tree: tree["counters"]["step"], self.warn, workers.size)
+
+        step = workers.on_first(newest)
+        path = checkpoint.checkpoint_path(folder, step)
+        state = checkpoint.load_checkpoint(path)
+        if state.get("workers", 1) != workers.size:
+            raise CheckpointError(
+                f"checkpoint {path}: it is of {state.get('workers', 1)} worker(s), and {workers.size} would go on; "
+                f"resume with torchrun --nproc-per-node {state.get('workers', 1)}"
+            )
+        if not workers.first:
+            state |= checkpoint.load_checkpoint(checkpoint.checkpoint_path(folder, step, workers.rank))
+        self.load_state_dict(state, str(path))
+        workers.on_first(lambda: self.folder.cut_metrics(step))
+
+    def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
         """Go on from :meth:`state_dict`."""
-        checkpoint.load_policy_weights(self.policy, state["policy"], str(self.folder.path))
+        checkpoint.load_policy_weights(self.policy, state["policy"], source)
         self.learner.load_state_dict(state["learner"])
-        self.collector.load_state_dict(state["collector"])
+        self.crew.load_state_dict(state["collector"], source)
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]
         self.saved_step, self.seconds = self.step, state["seconds"]
+        self.validated_step, self.best = state.get("validated_step", 0), dict(state.get("best", {}))
         self.recent.extend(state["recent"])
 
     def close(self) -> None:
         """Let go of the run directory."""
         self.folder.release()
+
+    def _agree(self, stop: str | None) -> str | None:
+        """The signal that any worker was sent, or None."""
+        return next((name for name in self.workers.gather(stop) if name), None)
+
+    def _board(self) -> Any:
+        """TensorBoard's writer, on the worker that writes."""
+        if not self.workers.first:
+            return nullcontext()
+        from torch.utils.tensorboard import SummaryWriter
+
+        return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
 
     def _facts(self, shapes: Mapping[str, tuple[int, ...]], actions: int, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
@@ -223,6 +367,7 @@ class Trainer:
             "platform": f"{sys.platform} {platform.machine()}",
             "device": str(self.device),
             "threads": self.threads,
+            "workers": self.workers.size,
             "task": self.config.task,
             "seed": self.config.seed,
             "config_hash": config_hash(self.config),
@@ -237,34 +382,15 @@ class Trainer:
         }
 
 
-def choose_device(name: str) -> torch.device:
-    """The device called ``name``; "auto" is CUDA where there is one.
-
-    Raises:
-        ConfigError: CUDA is asked for and not there.
-    """
-    if name == "cuda" and not torch.cuda.is_available():
-        raise ConfigError("device is 'cuda', and torch finds no CUDA device here; use device=cpu or device=auto")
-    return torch.device("cuda" if name == "cuda" or (name == "auto" and torch.cuda.is_available()) else "cpu")
-
-
-def spaces_of(envs: VectorEnv) -> tuple[dict[str, tuple[int, ...]], int]:
-    """Observation shapes and number of actions of an environment.
-
-    Raises:
-        ConfigError: the spaces are not a dictionary of arrays and a set of actions.
-    """
-    observations, actions = envs.single_observation_space, envs.single_action_space
-    if not isinstance(observations, Dict) or not isinstance(actions, Discrete):
-        raise ConfigError(
-            f"environment has observations {type(observations).__name__} and actions {type(actions).__name__}; "
-            f"the trainer needs a Dict of arrays and Discrete actions"
-        )
-    return {key: tuple(space.shape or ()) for key, space in observations.items()}, int(actions.n)
-
-
-def load_policy(folder: RunFolder, warn: Callable[[str], None] = lambda text: None) -> tuple[RecurrentPolicy, Row]:
+def load_policy(
+    folder: RunFolder, warn: Callable[[str], None] = lambda text: None, best: bool = False
+) -> tuple[RecurrentPolicy, Row]:
     """The policy of a run's last checkpoint, ready to act, and its counters ("step", "updates", "episodes").
+
+    Args:
+        folder: The run's files.
+        warn: Told of checkpoints that cannot be read.
+        best: Take the policy that did best in validation instead.
 
     Raises:
         CheckpointError: there is none, or it does not fit the run's config.
@@ -277,4 +403,9 @@ def load_policy(folder: RunFolder, warn: Callable[[str], None] = lambda text: No
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
 
-    return checkpoint.load_latest(folder.checkpoints, use, warn)
+    if not best:
+        return checkpoint.load_latest(folder.checkpoints, use, warn)
+    path = checkpoint.best_path(folder.checkpoints)
+    if not path.exists():
+        raise CheckpointError(f"run {folder.path}: it has no best checkpoint; train with validate_steps above 0")
+    return use(checkpoint.load_checkpoint(path))

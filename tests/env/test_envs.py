@@ -23,6 +23,18 @@ def test_gymnasium_makes_both_and_finds_no_fault(config, source):
     assert observations["photoreceptors"].shape == (3, len(envs.slots.design.sensors), 16, 3)
 
 
+def test_a_camera_takes_the_photoreceptors_place(config, source):
+    seen = dataclasses.replace(config, camera_size=32)
+    envs = PointGoalNavVectorEnv(2, seen, source)
+    observations, _ = envs.reset(seed=0)
+    assert observations in envs.observation_space and "photoreceptors" not in observations
+    slots = envs.slots
+    view = slots.simulator.scene_index, slots.positions, slots.yaws, slots.poses
+    picture = slots.renderer.image(*view, size=32)
+    assert np.abs(observations["camera"] / 255.0 - picture).max() <= 0.5 / 255.0 + 1e-6
+    assert observations["camera"].std() > 1.0
+
+
 def test_single_settings_work_and_a_misspelt_one_is_named(source):
     env = PointGoalNavEnv(source=source, scenes="val", grid=1, rays_per_receptor=1)
     assert env.reset(seed=0)[0]["photoreceptors"].shape[1:] == (1, 3)

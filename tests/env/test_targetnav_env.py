@@ -8,10 +8,10 @@ from gymnasium.utils.env_checker import check_env
 import prnav  # noqa: F401 (registers the environments)
 from prnav.env import EnvConfig, NavigationSlots, PointGoalNavEnv, TargetNavEnv, TargetNavVectorEnv, load_source
 from prnav.errors import ConfigError
-from prnav.scene import scene_ids
+from prnav.scene import targetnav_scene_ids
 from prnav.sim import HOLD
 from prnav.sim.simulator import FORWARD, LEFT
-from prnav.tasks import TargetNavConfig, training_scenes
+from prnav.tasks import TargetNavConfig
 
 
 @pytest.fixture(scope="module")
@@ -117,5 +117,4 @@ def test_a_config_of_the_other_task_is_refused(config, target, source):
 
 def test_training_is_in_the_ten_drawn_homes():
     config = EnvConfig(max_scenes=2, episodes_per_scene=3, vision=False, targetnav=TargetNavConfig())
-    drawn = training_scenes(scene_ids("train"))
-    assert load_source(config).world.scene_ids == drawn[:2]
+    assert load_source(config).world.scene_ids == tuple(targetnav_scene_ids()[:2])

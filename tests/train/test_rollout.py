@@ -5,9 +5,10 @@ import torch
 from toy_env import CueEnv
 
 from prnav.policy import PolicyConfig, build_policy, log_probabilities
+from prnav.train.crew import Crew
 from prnav.train.learner import Learner
 from prnav.train.ppo import PPOConfig, ppo_loss
-from prnav.train.rollout import Collector, Rollout, final_measures, final_observations
+from prnav.train.rollout import Rollout, final_measures, final_observations
 
 CONFIG = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
 
@@ -16,10 +17,10 @@ def collected(cut: bool = False, environments: int = 8, steps: int = 11, expert_
     envs = CueEnv(environments, length=4, cut=cut)
     shapes = {key: space.shape for key, space in envs.single_observation_space.items()}
     policy = build_policy(CONFIG, shapes, 3)
-    collector = Collector(envs, policy, seed=0)
+    crew = Crew([envs], policy, seed=0, threads=1)
     rollout = Rollout(steps, environments, policy)
-    first = collector.collect(rollout, expert_share)
-    ended = collector.collect(rollout, expert_share)  # the second one goes on from the first one's state
+    _, first = crew.collect(rollout, expert_share)
+    _, ended = crew.collect(rollout, expert_share)  # the second one goes on from the first one's state
     return policy, rollout, [*first, *ended]
 
 

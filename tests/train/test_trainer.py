@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from conftest import toy_config
+from toy_env import CueEnv
 
 from prnav.config import to_toml
 from prnav.errors import CheckpointError, ConfigError, PrnavError
@@ -82,6 +84,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from conftest import toy_config
+from toy_env import CueEnv
 from toy_env import CueEnv
 from prnav.train import RunFolder, Trainer
 config = toy_config(total_steps=int(sys.argv[3]))
@@ -195,7 +198,79 @@ def test_the_trained_policy_loads(make_trainer, config):
         load_policy(RunFolder(trainer.folder.path / "nowhere"))
 
 
-def test_more_workers_than_one_are_refused(make_trainer, config, monkeypatch):
+def test_workers_need_a_launcher(make_trainer, config, monkeypatch):
     monkeypatch.setenv("WORLD_SIZE", "2")
-    with pytest.raises(ConfigError, match="WORLD_SIZE is 2; training runs in one process"):
+    monkeypatch.delenv("RANK", raising=False)
+    with pytest.raises(
+        ConfigError, match="WORLD_SIZE is 2, but the workers cannot be joined .* start them with torchrun"
+    ):
         make_trainer(config)
+    monkeypatch.setenv("WORLD_SIZE", "two")
+    with pytest.raises(ConfigError, match="WORLD_SIZE is 'two'; it must be a number, as torchrun sets it"):
+        make_trainer(config)
+
+
+def test_a_full_disk_costs_a_checkpoint_and_not_the_run(make_trainer, config):
+    """The system itself refuses to write more than 4 kB to a file."""
+    resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
+    warnings: list[str] = []
+    trainer = make_trainer(config, warn=warnings.append)
+    trainer.step = 128
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
+    try:
+        trainer.save_or_warn()
+        with pytest.raises(CheckpointError, match="step-000000000128.safetensors: cannot be written .* make room"):
+            trainer.save()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert "training goes on, the last checkpoint is of step 0" in warnings[0]
+    assert [path.name for path in trainer.folder.checkpoints.iterdir()] == ["step-000000000000.safetensors"]
+
+
+def test_validation_keeps_the_best_policy_and_does_not_disturb_training(make_trainer, config):
+    plain = make_trainer(config, "plain")
+    plain.train()
+    watched = replace(config, validate_steps=256, validation_episodes=16)
+    trainer = make_trainer(watched, "watched", validation=lambda: CueEnv(16))
+    trainer.train()
+    rows = trace(trainer.folder.path)
+    scores = {row["step"]: row.pop("validation")["success"] for row in rows if "validation" in row}
+    assert list(scores) == [256, 512, 768, 1024, 1280] and rows == trace(plain.folder.path)
+    _, counters = load_policy(trainer.folder, best=True)
+    assert counters["step"] == max(scores, key=scores.get)  # the first of the best
+    with pytest.raises(CheckpointError, match="it has no best checkpoint; train with validate_steps above 0"):
+        load_policy(plain.folder, best=True)
+
+
+def test_the_recorded_trace_is_reproduced(make_trainer):
+    """Losses and measures of a fixed seed, to 1e-3: products round differently from one processor to another."""
+    trainer = make_trainer(toy_config(total_steps=6 * 128, imitation=ImitationConfig(steps=256)))
+    trainer.train()
+    recorded = json.loads((Path(__file__).parent / "trace.json").read_text())
+    for row, expected in zip(trace(trainer.folder.path), recorded, strict=True):
+        assert (row["step"], row["phase"], row["episodes"]) == (
+            expected["step"],
+            expected["phase"],
+            expected["episodes"],
+        )
+        assert row["losses"] == pytest.approx(expected["losses"], rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_killed_at_three_random_moments_the_trace_is_the_unbroken_one(tmp_path, make_trainer):
+    generator = random.Random(time.time_ns())
+    total = 150 * 128
+    command = [sys.executable, "-c", KILLED, str(Path(__file__).parent), str(tmp_path / "run"), str(total)]
+    for _ in range(3):
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            process.stdout.readline()
+            time.sleep(generator.uniform(0.0, 1.0))
+            process.kill()
+            process.stdout.read()
+        assert process.returncode in (-signal.SIGKILL, 0)
+    resumed = make_trainer(toy_config(total_steps=total), "run")
+    resumed.train()
+    unbroken = make_trainer(toy_config(total_steps=total), "unbroken")
+    unbroken.train()
+    assert trace(resumed.folder.path) == trace(unbroken.folder.path)
