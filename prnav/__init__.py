@@ -15,6 +15,7 @@ from prnav.version import __version__
 _LAZY = {
     "SceneMesh": "prnav.scene",
     "load_scene": "prnav.scene",
+    "open_scene_set": "prnav.scene",
     "scene_ids": "prnav.scene",
     "NavMesh": "prnav.navmesh",
     "NavMeshSettings": "prnav.navmesh",
@@ -42,6 +43,7 @@ __all__ = [
     "load_episodes",
     "load_navmesh",
     "load_scene",
+    "open_scene_set",
     "save_episodes",
     "scene_ids",
 ]
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
     from prnav.episodes import Episode, generate_episodes, load_episodes, save_episodes
     from prnav.navmesh import NavMesh, NavMeshSettings, load_navmesh
     from prnav.render import Renderer
-    from prnav.scene import SceneMesh, load_scene, scene_ids
+    from prnav.scene import SceneMesh, load_scene, open_scene_set, scene_ids
     from prnav.sensors import Design, load_design
 
 

@@ -63,6 +63,18 @@ def quaternion_to_yaw(quaternion: ArrayLike) -> NDArray[np.float64]:
     return np.arctan2(2.0 * (x * z + w * y), w * w + z * z - x * x - y * y)
 
 
+def quaternion_to_matrix(quaternion: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrices (..., 3, 3) of quaternions x, y, z, w (..., 4), which need not be of length 1."""
+    quaternion = np.asarray(quaternion, dtype=np.float64)
+    x, y, z, w = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def to_y_up(points: ArrayLike, up: str) -> NDArray[np.float64]:
     """Points or vectors (..., 3) of a file with the given up axis, in the y-up world frame.
 

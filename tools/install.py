@@ -15,6 +15,8 @@ from importlib import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+EXTRAS = ("data", "gpu", "search", "video")
+"""Extras of pyproject.toml that are taken where pip finds them; the tests that need a missing one skip and say so."""
 
 
 def pip(*arguments: str) -> bool:
@@ -64,13 +66,16 @@ def install_torch() -> bool:
 
 
 def main() -> None:
-    """Install torch, then prnav (editable) with its development tools."""
+    """Install torch, then prnav (editable) with its development tools, then the extras that are to be had."""
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
         sys.exit(f"tools/install.py: Python {sys.version.split()[0]} is not supported; use 3.11, 3.12 or 3.13")
     if not install_torch():
         sys.exit("tools/install.py: torch could not be installed; see pip's message above")
     if not pip("--quiet", "--constraint", "constraints.txt", "--editable", ".[dev]"):
         sys.exit("tools/install.py: prnav could not be installed; see pip's message above")
+    for extra in EXTRAS:
+        if not pip("--quiet", "--constraint", "constraints.txt", "--editable", f".[{extra}]"):
+            print(f"tools/install.py: the extra {extra!r} is left out (pip's message above says why)", flush=True)
 
 
 if __name__ == "__main__":

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
+import resource
 import time
 from collections.abc import Callable
 from multiprocessing.synchronize import Barrier
+from pathlib import Path
 
 import numpy as np
 
 from prnav.bench.table import Row, device_name, rate, row
 from prnav.bench.views import Poses, two_sensors, walking_poses
 from prnav.render import Renderer
-from prnav.scene import SceneMesh, TextureAtlas, load_scene
+from prnav.scene import SceneMesh, TextureAtlas, load_scene, scene_ids
 
 TRIANGLES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 AGENTS = (1, 4, 16, 64, 256, 1024)
 HOME = "prhouses/test/00"
+SCENES = 61
+SCENE_TRIANGLES = 300_000
 
 
 def measure_scaling(seconds: float = 1.0) -> list[Row]:
     """Rays per second in rooms of 10 thousand to 1 million triangles, and readings per second of 1 to 1,024 agents.
 
-    The last rows count wall-clock time: one process, two at once, and what the second one adds.
+    Then memory and time of many prepared scenes. The last rows count wall-clock time: one process, two at once, and
+    what the second one adds.
     """
     rows: list[Row] = []
     for triangles in TRIANGLES:
@@ -40,11 +46,39 @@ def measure_scaling(seconds: float = 1.0) -> list[Row]:
     for agents in AGENTS:
         work = _reader(renderer, walking_poses(home, agents, two_sensors()))
         rows.append(row("scaling", f"{agents}_agents", rate(work, seconds), "agent readings/s"))
+    rows += _residents()
     one, two = _processes(1, seconds), _processes(2, seconds)
     rows.append(row("scaling", "one_process", one, "agent readings/s (wall clock)"))
     rows.append(row("scaling", "two_processes", two, "agent readings/s (wall clock)", device_name(2)))
     rows.append(row("scaling", "two_processes_over_one", two / one, "times", device_name(2)))
     return rows
+
+
+def _residents() -> list[Row]:
+    """Memory and time of many prepared scenes: as estimated, and as this process grows."""
+    rows: list[Row] = []
+    for label, scenes in (
+        (f"{SCENES}_homes", [load_scene(name) for name in scene_ids("train")[:SCENES]]),
+        (f"{SCENES}_scenes_of_{SCENE_TRIANGLES}_triangles", [cluttered_room(SCENE_TRIANGLES)] * SCENES),
+    ):
+        renderer = Renderer(scenes)
+        before, start = _memory(), time.process_time()
+        renderer.preload().join()
+        seconds, grown = time.process_time() - start, _memory() - before
+        assert len(renderer.resident_scenes) == len(scenes)
+        rows.append(row("scaling", f"{label}_prepared", seconds, "s"))
+        rows.append(row("scaling", f"{label}_estimated", renderer.resident_bytes / 1e9, "GB"))
+        if not math.isnan(grown):
+            rows.append(row("scaling", f"{label}_grown", grown / 1e9, "GB"))
+    return rows
+
+
+def _memory() -> float:
+    """Memory that this process has now [bytes]; NaN where Linux's /proc is not there."""
+    status = Path("/proc/self/statm")
+    if not status.exists():
+        return math.nan
+    return float(int(status.read_text().split()[1]) * resource.getpagesize())
 
 
 def cluttered_room(triangles: int, seed: int = 0) -> SceneMesh:

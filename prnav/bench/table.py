@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import inspect
 import platform
 import time
 from collections.abc import Callable, Sequence
@@ -34,16 +35,21 @@ def available() -> dict[str, str]:
     return {name: text for name, (module, text) in BENCHMARKS.items() if importlib.util.find_spec(module)}
 
 
-def measure(name: str, seconds: float | None = None) -> list[Row]:
+def measure(name: str, seconds: float | None = None, device: str | None = None) -> list[Row]:
     """Rows of a benchmark; each figure is measured for about ``seconds`` (its own default where None).
 
     Raises:
-        ConfigError: there is no such benchmark.
+        ConfigError: there is no such benchmark, or it has no choice of device.
     """
     if name not in available():
         raise ConfigError(f"benchmark {name!r} is not known; valid: {', '.join(available())}")
     function = getattr(importlib.import_module(BENCHMARKS[name][0]), f"measure_{name}")
-    rows: list[Row] = function() if seconds is None else function(seconds=seconds)
+    options: dict[str, Any] = {} if seconds is None else {"seconds": seconds}
+    if device is not None:
+        if "device" not in inspect.signature(function).parameters:
+            raise ConfigError(f"benchmark {name!r} runs on the CPU; leave --device out")
+        options["device"] = device
+    rows: list[Row] = function(**options)
     return rows
 
 

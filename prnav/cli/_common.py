@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import functools
 import os
 import sys
 from collections.abc import Callable, Sequence
 
-from prnav.errors import PrnavError
+from prnav.errors import ConfigError, PrnavError
 
 Main = Callable[[Sequence[str] | None], int | None]
 
@@ -28,6 +29,29 @@ def command(main: Main) -> Callable[..., int]:
         return status
 
     return entry
+
+
+def add_data_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup, root_help: str) -> None:
+    """Add ``--data``, ``--data-root`` and ``--navmesh-from``, which all commands that open scenes share."""
+    from prnav.scene.datasets import DATA_SETS
+
+    parser.add_argument("--data", choices=DATA_SETS, help="data set in Habitat's layout under --data-root")
+    parser.add_argument("--data-root", metavar="DIR", help=root_help)
+    parser.add_argument(
+        "--navmesh-from",
+        choices=("file", "build"),
+        help="with --data: take the .navmesh beside a scene where there is one, or build all (default: file)",
+    )
+
+
+def check_data_options(options: argparse.Namespace) -> None:
+    """Refuse ``--data`` without ``--data-root``, and ``--navmesh-from`` without ``--data``."""
+    if options.data is not None and options.data_root is None:
+        raise ConfigError(f"--data {options.data} needs --data-root DIR, the folder with scene_datasets/ in it")
+    if options.data is None and options.navmesh_from is not None:
+        raise ConfigError(
+            "--navmesh-from chooses among the files of a data set: give --data NAME and --data-root DIR too"
+        )
 
 
 def _run(main: Main, argv: Sequence[str] | None) -> int:

@@ -57,7 +57,7 @@ def examine() -> list[Finding]:
     findings = [_python(), _cores(), _memory(), *_packages(), _torch(), _cuda(), _ray_casting()]
     findings.append(_package("pyrender", "pyrender", 'pip install "prnav[gl]"; only engines egl and osmesa use it'))
     findings += [_rasteriser(engine, packages) for engine, packages in _RASTERISERS]
-    findings.append(_package("warp-lang", "warp", "this version makes no use of it"))
+    findings.append(_package("warp-lang", "warp", 'pip install "prnav[gpu]"; only engine warp uses it'))
     findings += [_cache(), _shipped(), *(_folder(name, text) for name, text in _FOLDERS)]
     return findings
 

@@ -24,7 +24,7 @@ def validation_environments(config: TrainConfig) -> VectorEnv:
 
     Episodes of the user's own come from their val split where they are a folder, else the built-in ones are played.
     """
-    from prnav.env import PointGoalNavVectorEnv, load_source
+    from prnav.env import NavigationVectorEnv, load_source
 
     own = config.env.episodes is not None and config.env.episode_split is not None
     settings = (
@@ -33,7 +33,7 @@ def validation_environments(config: TrainConfig) -> VectorEnv:
         else replace(config.env, scenes="val", episodes=None, episode_split=None, max_scenes=None)
     )
     source = load_source(settings, limit=config.validation_episodes)
-    return PointGoalNavVectorEnv(len(source), settings, source)
+    return NavigationVectorEnv(len(source), settings, source)
 
 
 def draw_validation(envs: VectorEnv, path: NDArray[np.float64]) -> NDArray[np.uint8]:

@@ -21,6 +21,7 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("name", choices=tuple(benchmarks), metavar="NAME", help=", ".join(benchmarks))
     p.add_argument("--seconds", type=float, metavar="S", help="how long each figure is measured")
+    p.add_argument("--device", metavar="DEVICE", help="cpu, cuda or cuda:N, for benchmarks that can use one (render)")
     p.add_argument("--json", action="store_true", help="print rows as JSON")
     return p
 
@@ -29,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point."""
     options = parser().parse_args(argv)
-    rows = measure(options.name, options.seconds)
+    rows = measure(options.name, options.seconds, options.device)
     if options.json:
         print(json.dumps(rows, indent=1))
     else:

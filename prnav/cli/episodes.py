@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +12,13 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.errors import EpisodeError, SceneError
 
 if TYPE_CHECKING:
     from prnav.episodes import EpisodeTable
-    from prnav.scene import SceneMesh
+    from prnav.navmesh import NavMesh, NavMeshSettings
+    from prnav.scene import SceneFile, SceneMesh
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
@@ -28,15 +29,21 @@ def parser() -> argparse.ArgumentParser:
     commands = p.add_subparsers(dest="command", required=True)
 
     sub = commands.add_parser("generate", help="draw episodes in scenes by Habitat's rules")
-    where = sub.add_mutually_exclusive_group(required=True)
-    where.add_argument("--scene", metavar="FILE", action="append", help="mesh file or built-in id (repeatable)")
-    where.add_argument("--scenes", metavar="SPLIT", choices=("train", "val", "test"), help="split of built-in homes")
+    where = sub.add_mutually_exclusive_group()
+    where.add_argument(
+        "--scene",
+        metavar="FILE",
+        action="append",
+        help="mesh file, built-in id, or with --data a scene of the set (repeatable)",
+    )
+    where.add_argument("--scenes", metavar="SPLIT", help="split of built-in homes, or with --data of the set (hm3d)")
     sub.add_argument("--split", metavar="NAME", required=True, help="name of the split to write")
     sub.add_argument("--per-scene", metavar="N", type=_positive, required=True, help="episodes per scene")
     sub.add_argument("--seed", metavar="S", type=_natural, default=0, help="another seed, other episodes (default: 0)")
     sub.add_argument("--out", metavar="DIR", type=Path, required=True, help="writes DIR/NAME/NAME.json.gz")
     sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis of mesh files (default: y)")
-    sub.add_argument("--data-root", metavar="DIR", type=Path, help="folder that scene ids in the file are relative to")
+    add_data_options(sub, "folder with scene_datasets/ in it, or one that scene ids in the file are relative to")
+    sub.add_argument("--workers", metavar="N", type=_positive, help="processes (default: one per core)")
     sub.set_defaults(run=_generate)
 
     sub = commands.add_parser("builtin", help="draw the shipped episodes of the built-in homes anew")
@@ -47,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     sub = commands.add_parser("check", help="read a file or folder, and try its episodes in their scenes")
     _add_dataset(sub)
     sub.add_argument("--scene", metavar="FILE", type=Path, action="append", default=[], help="mesh file (repeatable)")
-    sub.add_argument("--data-root", metavar="DIR", type=Path, help="folder under which its scenes are")
+    add_data_options(sub, "folder with scene_datasets/ in it, or one under which its scenes are")
     sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis where the file says none (default: y)")
     sub.set_defaults(run=_check)
 
@@ -89,39 +96,78 @@ def _progress() -> Progress:
 
 
 def _generate(options: argparse.Namespace) -> int:
-    from prnav.episodes import EpisodeDataset, concatenate_tables, generate_table, make_header, save_episodes
-    from prnav.navmesh import NavMeshSettings, load_navmesh
-    from prnav.scene import load_scene, scene_ids
+    from prnav.episodes.bulk import BulkConfig, generate_files
 
+    check_data_options(options)
     if not _NAME.fullmatch(options.split):
         raise EpisodeError(f"--split {options.split!r} cannot name a file; use letters, digits, '-', '_' and '.'")
-    sources = scene_ids(options.scenes) if options.scenes else list(dict.fromkeys(options.scene))
-    ids = [_scene_id(source, options.data_root) for source in sources]
-    twice = sorted({scene_id for scene_id in ids if ids.count(scene_id) > 1})
-    if twice:
-        raise SceneError(f"--scene: two files would both be called {twice[0]}; give --data-root, a folder above both")
+    places = _places(options)
+    ids = list(places)
     folder = options.out / options.split
     path = folder / f"{options.split}.json.gz"
     _refuse_foreign_content(folder, ids)
-    settings = NavMeshSettings()
-    tables, hashes = [], {}
+    config = BulkConfig(
+        options.per_scene, options.seed, _up(places, options.up), options.data, options.navmesh_from != "build"
+    )
     with _progress() as bars:
         task = bars.add_task("", total=len(ids) * options.per_scene)
-        for done, (source, scene_id) in enumerate(zip(sources, ids, strict=True)):
-            bars.update(task, description=scene_id, completed=done * options.per_scene)
-            scene = load_scene(source, options.up)
-            hashes[scene_id] = scene.hash
-            navmesh = load_navmesh(scene, settings)
 
-            def count(episodes: int, before: int = done * options.per_scene) -> None:
-                bars.update(task, completed=before + episodes)
+        def show(scene_id: str, episodes: int) -> None:
+            bars.update(task, description=scene_id, advance=episodes)
 
-            tables.append(generate_table(navmesh, scene_id, options.per_scene, options.seed, progress=count))
-    table = concatenate_tables(tables)
-    header = make_header(settings, options.up, options.seed, hashes)
-    save_episodes(EpisodeDataset(tuple(table.to_episodes()), header), path, content=len(ids) > 1)
-    print(f"{path}: {_count(len(table), 'episode')} in {_count(len(ids), 'scene')}")
+        result = generate_files(places, path, config, options.workers, show)
+    there = f", {_count(result.kept, 'scene')} of them there already" if result.kept else ""
+    print(f"{path}: {_count(len(ids) * options.per_scene, 'episode')} in {_count(len(ids), 'scene')}{there}")
+    if options.data is not None:
+        files = sum(origin != "built" for origin in result.origins.values())
+        print(f"navmeshes: {files} from files, {len(ids) - files} built")
     return 0
+
+
+def _places(options: argparse.Namespace) -> dict[str, str | SceneFile]:
+    """What to load for each scene id that episodes are to be drawn in.
+
+    Raises:
+        SceneError: no scene was named, or two would have the same id.
+    """
+    from prnav.scene import open_scene_set, scene_ids
+
+    if options.data is not None:
+        scene_set = open_scene_set(options.data, options.data_root)
+        chosen = options.scene or scene_set.scene_ids(options.scenes)
+        files = [scene_set.scene(name) for name in dict.fromkeys(chosen)]
+        return {file.scene_id: file for file in files}
+    if not options.scene and not options.scenes:
+        raise SceneError("no scene is named: give --scene FILE, --scenes SPLIT or --data NAME with --data-root DIR")
+    sources = scene_ids(options.scenes) if options.scenes else list(dict.fromkeys(options.scene))
+    root = None if options.data_root is None else Path(options.data_root)
+    ids = [_scene_id(source, root) for source in sources]
+    twice = sorted({scene_id for scene_id in ids if ids.count(scene_id) > 1})
+    if twice:
+        raise SceneError(f"--scene: two files would both be called {twice[0]}; give --data-root, a folder above both")
+    return dict(zip(ids, sources, strict=True))
+
+
+def _open(
+    place: str | SceneFile, options: argparse.Namespace, settings: NavMeshSettings
+) -> tuple[SceneMesh, NavMesh, str]:
+    """A scene with its navmesh, and where that is from."""
+    from prnav.navmesh import load_navmesh, scene_navmesh
+    from prnav.scene import SceneFile, load_scene
+
+    scene = load_scene(place, options.up)
+    if isinstance(place, SceneFile):
+        return scene, *scene_navmesh(place, scene, settings, options.navmesh_from != "build")
+    return scene, load_navmesh(scene, settings), "built"
+
+
+def _up(places: Mapping[str, str | SceneFile], given: str) -> str:
+    """Up axis for the header: that of a data set's scenes, where they share one of the plain ones."""
+    from prnav.scene import SceneFile
+    from prnav.scene.scene_file import AXES
+
+    frames = {place.frame for place in places.values() if isinstance(place, SceneFile)}
+    return next((up for up, frame in AXES.items() if frames == {frame}), given)
 
 
 def _scene_id(source: str, data_root: Path | None) -> str:
@@ -142,7 +188,8 @@ def _refuse_foreign_content(folder: Path, ids: Sequence[str]) -> None:
 
     ours = {f"{name}.json.gz" for name in content_names(ids).values()} if len(ids) > 1 else set()
     content = folder / "content"
-    foreign = sorted(file.name for file in content.iterdir() if file.name not in ours) if content.is_dir() else []
+    found = [file.name for file in content.iterdir()] if content.is_dir() else []
+    foreign = sorted(name for name in found if name not in ours and not name.startswith("."))
     if foreign:
         raise EpisodeError(
             f"{content} holds episodes of other scenes ({foreign[0]}), which would be read together with these; "
@@ -179,15 +226,15 @@ def _load(options: argparse.Namespace) -> tuple[EpisodeTable, dict[str, Any], st
 
 def _check(options: argparse.Namespace) -> int:
     from prnav.episodes.check import duplicate_ids, misplaced
-    from prnav.navmesh import load_navmesh
 
+    check_data_options(options)
     table, header, source = _load(options)
     problems = duplicate_ids(table)
     absent: list[str] = []
     with _progress() as bars:
         for scene_id in bars.track(table.scene_ids, description="scenes"):
             try:
-                scene = _open_scene(scene_id, header, source, options)
+                navmesh = _open_navmesh(scene_id, header, source, options)
             except SceneError as error:
                 given = options.scene or options.data_root is not None or scene_id.startswith("prhouses/")
                 (problems if given else absent).append(f"{scene_id}: {error}")
@@ -195,7 +242,7 @@ def _check(options: argparse.Namespace) -> int:
             except EpisodeError as error:
                 problems.append(str(error))
                 continue
-            problems.extend(misplaced(table, scene_id, load_navmesh(scene)))
+            problems.extend(misplaced(table, scene_id, navmesh))
     for line in problems:
         print(line)
     found = _count(len(problems), "problem") if problems else "no problem"
@@ -205,14 +252,21 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if problems else 0
 
 
-def _open_scene(scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace) -> SceneMesh:
+def _open_navmesh(scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace) -> NavMesh:
+    """Navmesh of the scene that episodes name, after the scene was held against the header."""
     from prnav.episodes import check_scenes, up_axis
-    from prnav.scene import load_scene, resolve_scene
+    from prnav.navmesh import NavMeshSettings, load_navmesh, scene_navmesh
+    from prnav.scene import load_scene, open_scene_set, resolve_scene
 
+    if options.data is not None:
+        place = open_scene_set(options.data, options.data_root).scene(scene_id)
+        scene = load_scene(place)
+        check_scenes(header, {scene_id: scene}, source)
+        return scene_navmesh(place, scene, NavMeshSettings(), options.navmesh_from != "build")[0]
     found = resolve_scene(scene_id, options.data_root, options.scene)
     scene = load_scene(found, up_axis(header, options.up, source))
     check_scenes(header, {scene_id: scene}, source)
-    return scene
+    return load_navmesh(scene)
 
 
 def _info(options: argparse.Namespace) -> int:

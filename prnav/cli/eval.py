@@ -1,4 +1,4 @@
-"""``prnav-eval``: play episodes with a trained or a reference agent, print the measures, keep the records."""
+"""``prnav-eval``: play episodes with trained or reference agents, print the measures, keep the records."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import dataclasses
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.errors import ConfigError
-from prnav.evaluate.agents import REFERENCE_AGENTS
+from prnav.evaluate.references import REFERENCE_AGENTS
 from prnav.files import write_text
 
 if TYPE_CHECKING:
@@ -25,45 +26,83 @@ if TYPE_CHECKING:
 
 PICTURE = "trajectories.png"
 
+Actions = Literal["sampled", "greedy"]
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One evaluation that is asked for."""
+
+    agent: str | TrainedRun
+    folder: Path
+    """Of the run, or of the reference agent."""
+    actions: Actions | None
+    """How a trained agent chooses; None for a reference agent."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     p = argparse.ArgumentParser(
         prog="prnav-eval",
-        description="Evaluate an agent on episodes, each played once, and report means with 95 %% bootstrap intervals.",
+        description="Evaluate agents on episodes, each played once, and report means with 95 %% bootstrap intervals.",
         epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation goes "
-        "on when the same command is given again.",
+        "on when the same command is given again. Several agents on the same episodes are compared with the first, "
+        "paired by episode.",
     )
-    who = p.add_mutually_exclusive_group(required=True)
-    who.add_argument("--run", metavar="DIR", help="directory of a training run: its last checkpoint acts")
-    who.add_argument("--agent", choices=REFERENCE_AGENTS, help="a reference agent")
+    who = p.add_argument_group("agents (one at least, each repeatable)")
+    who.add_argument(
+        "--run", metavar="DIR", action="append", default=[], help="directory of a training run: its last checkpoint"
+    )
+    who.add_argument(
+        "--agent", choices=REFERENCE_AGENTS, action="append", default=[], help="a reference agent; none of them sees"
+    )
     what = p.add_argument_group("episodes")
-    what.add_argument("--split", help="built-in split: train, val or test (default: test; with --run the run's own)")
+    what.add_argument("--task", choices=("pointgoal", "targetnav"), help="of reference agents (default: pointgoal)")
+    what.add_argument(
+        "--split",
+        help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
+        "(default: val), and so for a run that was trained on a data set",
+    )
     what.add_argument("--episodes", type=_positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
     what.add_argument(
         "--episodes-file",
         metavar="PATH",
         help="Habitat PointNav episodes: a file, or a folder with --split in it",
     )
-    what.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes-file are")
+    add_data_options(what, "folder with scene_datasets/ in it, or one under which the scenes of --episodes-file are")
     what.add_argument("--scene", metavar="FILE", action="append", default=[], help="mesh that they name (repeatable)")
     what.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
+    what.add_argument(
+        "--target",
+        choices=("visible", "invisible"),
+        help="TargetNav: whether the sphere is seen (default: as it was trained); invisible tells whether the agent "
+        "goes by it",
+    )
     how = p.add_argument_group("how")
     how.add_argument(
         "--actions",
-        choices=("greedy", "sampled"),
-        default="sampled",
-        help="of a trained agent (default: sampled, as it was trained and as Habitat evaluates)",
+        choices=("sampled", "greedy", "both"),
+        default="both",
+        help="of trained agents: sampled, as they were trained and as Habitat evaluates, or the likeliest "
+        "(default: both, each on its own line)",
     )
     how.add_argument("--seed", type=int, default=0, help="seed of sampled actions (default: 0)")
     how.add_argument(
         "--num-envs", type=_positive, default=64, metavar="N", help="episodes at once; changes no result (default: 64)"
     )
+    how.add_argument(
+        "--workers", type=_positive, metavar="N", help="processes; changes no result (default: one per core)"
+    )
     how.add_argument("--device", default="cpu", help="where a trained policy runs: cpu or cuda (default: cpu)")
     how.add_argument("--restart", action="store_true", help="drop what an interrupted evaluation left")
     out = p.add_argument_group("output")
-    out.add_argument("--out", metavar="DIR", help="folder for records and pictures")
+    out.add_argument("--out", metavar="DIR", help="folder for records and pictures (one in it for each evaluation)")
     out.add_argument("--json", metavar="FILE", help="also write measures and intervals as JSON")
+    out.add_argument(
+        "--submit", action="store_true", help="also write submission.json beside the records: one self-describing file"
+    )
+    out.add_argument("--verify", metavar="FILE", help="compute such a file again from its records, and play nothing")
+    out.add_argument("--records", metavar="DIR", help="where the records of --verify are (default: beside the file)")
     return p
 
 
@@ -71,84 +110,181 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point."""
     options = parser().parse_args(argv)
-    from prnav.evaluate.pointgoal import evaluate_pointgoal, load_questions
-
+    if options.verify is not None:
+        return _verify(options)
+    if not options.run and not options.agent:
+        raise ConfigError("nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)")
     screen = Console(stderr=True)
-    run = _load_run(options.run, screen)
-    config = _environment(options, run)
+    entries = _entries(options, screen)
+    evaluations = []
+    for entry in entries:
+        evaluation = _evaluate(entry, options, screen, several=len(entries) > 1)
+        _print(evaluation, Console())
+        if options.submit:
+            from prnav.evaluate.submission import write_submission
+
+            path = write_submission(evaluation)
+            Console().print(f"result   {path}", highlight=False, soft_wrap=True)
+        evaluations.append(evaluation)
+    report = _compare(evaluations, Console())
+    if options.json:
+        head = evaluations[0].header
+        write_text(options.json, json.dumps({**head, **report} if report else head, indent=1) + "\n")
+    return 0
+
+
+def _entries(options: argparse.Namespace, screen: Console) -> list[Entry]:
+    """The evaluations to make, in the order they were asked for."""
+    if options.target and not options.run and options.task != "targetnav":
+        raise ConfigError("--target is for TargetNav; add --task targetnav")
+    entries: list[Entry] = []
+    for directory in options.run:
+        from prnav.evaluate.learned import load_run
+
+        run = load_run(directory, lambda text: screen.print(f"warning: {text}", style="yellow", highlight=False))
+        if options.task not in (None, run.config.task):
+            raise ConfigError(f"run {directory} is for {run.config.task}; leave out --task {options.task}")
+        kinds: tuple[Actions, ...] = ("sampled", "greedy") if options.actions == "both" else (options.actions,)
+        entries += [Entry(run, Path(directory), kind) for kind in kinds]
+    return entries + [Entry(name, Path("runs") / name, None) for name in options.agent]
+
+
+def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, several: bool) -> Evaluation:
+    from prnav.evaluate.navigation import evaluate_navigation, load_questions
+    from prnav.train.config import available_cores
+
+    task = options.task or ("pointgoal" if not options.run else _task_of_runs(options))
+    config = _environment(options, entry.agent, task)
     with _progress(screen) as bars:
-        task = bars.add_task("loading scenes", total=None)
+        line = bars.add_task("loading scenes", total=None)
 
         def loading(done: int, total: int, name: str) -> None:
-            bars.update(task, completed=done, total=total, description=f"loading {name or 'scenes'}")
+            bars.update(line, completed=done, total=total, description=f"loading {name or 'scenes'}")
 
         def playing(done: int, total: int) -> None:
-            bars.update(task, completed=done, total=total, description="playing episodes")
+            bars.update(line, completed=done, total=total, description="playing episodes")
 
         questions = load_questions(config, options.episodes, options.up, loading)
-        directory = Path(options.out) if options.out else _directory(options, questions.name)
-        evaluation = evaluate_pointgoal(
+        name = _folder_name(entry, options, config, questions.name)
+        evaluation = evaluate_navigation(
             questions,
             config,
-            directory,
-            agent=options.agent if run is None else run,
-            actions=options.actions,
+            _directory(entry, options, name, several),
+            agent=entry.agent,
+            actions=entry.actions or "sampled",
             seed=options.seed,
             num_envs=options.num_envs,
+            workers=options.workers or available_cores(),
             device=_device(options.device),
             restart=options.restart,
             progress=playing,
         )
-        bars.update(task, description="drawing trajectories")
+        bars.update(line, description="drawing trajectories")
         _draw(evaluation)
-    _print(evaluation, Console())
-    if options.json:
-        write_text(options.json, json.dumps(evaluation.header, indent=1) + "\n")
+    return evaluation
+
+
+def _task_of_runs(options: argparse.Namespace) -> str:
+    """The task that reference agents play beside runs."""
+    from prnav.train import RunFolder
+
+    return RunFolder(Path(options.run[0])).load_config().task
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from prnav.evaluate.submission import verify_submission
+
+    evaluation = verify_submission(options.verify, options.records)
+    _print_results(evaluation, Console())
+    print(f"verified  {options.verify}: every measure follows from the records in {evaluation.directory}")
     return 0
 
 
-def _load_run(directory: str | None, screen: Console) -> TrainedRun | None:
-    if directory is None:
-        return None
-    from prnav.evaluate.learned import load_run
+def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, object]:
+    """Print how several evaluations differ; the same for ``--json``."""
+    if len(evaluations) < 2:
+        return {}
+    from prnav.evaluate.compare import differences, same_episodes, seed_groups
+    from prnav.report.tables import differences_table, seeds_table
 
-    return load_run(directory, lambda text: screen.print(f"warning: {text}", style="yellow", highlight=False))
+    names = [evaluation.label for evaluation in evaluations]
+    paired, groups = differences(evaluations, names), seed_groups(evaluations)
+    if paired:
+        console.print(differences_table(paired))
+    elif not same_episodes(evaluations):
+        console.print("these evaluations are of different episodes, so they are not compared", highlight=False)
+    if groups:
+        console.print(seeds_table(groups))
+    return {
+        "evaluations": [evaluation.header for evaluation in evaluations],
+        "differences": [dataclasses.asdict(difference) for difference in paired],
+        "seeds": [dataclasses.asdict(group) for group in groups],
+    }
 
 
-def _environment(options: argparse.Namespace, run: TrainedRun | None) -> EnvConfig:
-    """The run's environment, or the default one, with the episodes that were asked for."""
+def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str) -> EnvConfig:
+    """The run's environment, or the default one, with the episodes and the target that were asked for."""
     from prnav.env import EnvConfig
+    from prnav.tasks import TargetNavConfig
 
-    config = EnvConfig(scenes="test", vision=False) if run is None else run.config.env
+    check_data_options(options)
+    if isinstance(agent, str):
+        rules = TargetNavConfig() if task == "targetnav" else None
+        config = EnvConfig(scenes="test", vision=False, targetnav=rules)
+    else:
+        config = agent.config.env
     changes: dict[str, object] = {}
-    if options.episodes_file is not None:
-        changes |= {"episodes": options.episodes_file, "episode_split": options.split, "scene_files": ()}
-        changes |= {"data_root": None, "up": "y"}
+    if options.episodes_file is not None or options.data is not None:
+        split = options.split if options.episodes_file is not None else options.split or "val"
+        changes |= {"episodes": options.episodes_file, "episode_split": split, "scene_files": ()}
+        changes |= {
+            "data": options.data,
+            "data_root": None,
+            "up": "y",
+            "navmesh_files": options.navmesh_from != "build",
+        }
+    elif options.split is not None and config.data is not None:
+        changes["episode_split"] = options.split
     elif options.split is not None:
         from prnav.scene import scene_ids
 
         scene_ids(options.split)  # refuses a split that is none
-        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None}
+        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None, "data": None}
     if options.data_root is not None:
         changes["data_root"] = options.data_root
     if options.scene:
         changes["scene_files"] = tuple(options.scene)
-    if (options.data_root or options.scene) and (changes.get("episodes") or config.episodes) is None:
+    if options.scene and changes.get("data", config.data) is not None:
+        raise ConfigError("--scene and --data both say where scenes are: give one of them")
+    no_data = changes.get("data", config.data) is None
+    if (options.data_root or options.scene) and no_data and (changes.get("episodes") or config.episodes) is None:
         raise ConfigError("--scene and --data-root say where the scenes of episode files are: give --episodes-file too")
+    if options.target is not None:
+        if config.targetnav is None:
+            raise ConfigError(f"--target {options.target} is for TargetNav, and this agent's task is pointgoal")
+        changes["targetnav"] = dataclasses.replace(config.targetnav, visible=options.target == "visible")
     return dataclasses.replace(config, **changes)  # type: ignore[arg-type]
 
 
-def _directory(options: argparse.Namespace, split: str) -> Path:
-    """``RUN/eval/NAME``, a name for each thing that is asked."""
-    run = Path(options.run) if options.run else Path("runs") / options.agent
+def _folder_name(entry: Entry, options: argparse.Namespace, config: EnvConfig, split: str) -> str:
+    """A name for each thing that is asked of an agent."""
     name = split.removesuffix(".gz").removesuffix(".json")
-    if options.run:
-        name += f"-{options.actions}"
+    if entry.actions is not None:
+        name += f"-{entry.actions}"
+    elif config.targetnav is not None:
+        name = f"targetnav-{name}"
+    if config.targetnav is not None and not config.targetnav.visible:
+        name += "-invisible"
     if options.episodes is not None:
         name += f"-{options.episodes}"
-    if options.seed:
-        name += f"-seed{options.seed}"
-    return run / "eval" / name
+    return f"{name}-seed{options.seed}" if options.seed else name
+
+
+def _directory(entry: Entry, options: argparse.Namespace, name: str, several: bool) -> Path:
+    """Where the records go: ``RUN/eval/NAME``, or what --out says."""
+    if not options.out:
+        return entry.folder / "eval" / name
+    return Path(options.out) / f"{entry.folder.name}-{name}" if several else Path(options.out)
 
 
 def _device(name: str) -> str:
@@ -171,12 +307,20 @@ def _draw(evaluation: Evaluation) -> None:
     save_png(figure, evaluation.directory / PICTURE)
 
 
-def _print(evaluation: Evaluation, console: Console) -> None:
+def _print_results(evaluation: Evaluation, console: Console) -> None:
     from prnav.report.tables import intervals_of, results_table
 
     head = evaluation.header
     title = f"{evaluation.label} on {head['split']}, {head['episodes']} episodes"
     console.print(results_table(title, intervals_of(head)))
+    origins = list(head.get("navmeshes", {}).values())
+    if any(origin != "built" for origin in origins):
+        files = sum(origin != "built" for origin in origins)
+        console.print(f"navmesh  {files} from files, {len(origins) - files} built", highlight=False)
+
+
+def _print(evaluation: Evaluation, console: Console) -> None:
+    _print_results(evaluation, console)
     console.print(f"records  {evaluation.directory}", highlight=False, soft_wrap=True)
     console.print(f"picture  {evaluation.directory / PICTURE}", highlight=False, soft_wrap=True)
 

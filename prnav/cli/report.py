@@ -19,6 +19,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("runs", nargs="+", metavar="RUN", help="run directory (of prnav-train or prnav-eval)")
     p.add_argument("--out", metavar="HTML", help="page to write (default: report.html in the first run)")
     p.add_argument("--title", help="heading of the page")
+    p.add_argument(
+        "--video", action="store_true", help="also write films (MP4) of the worst, best and a random episode of each"
+    )
     return p
 
 
@@ -28,7 +31,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser().parse_args(argv)
     from prnav.report.page import make_page, read_run
 
-    page = make_page([read_run(run) for run in options.runs], options.title)
+    runs = [read_run(run) for run in options.runs]
+    if options.video:
+        from prnav.report.video import encoder, write_videos
+
+        encoder()  # refuses before any work where it is missing
+        for evaluation in (evaluation for run in runs for evaluation in run.evaluations):
+            for film in write_videos(evaluation):
+                print(f"film  {film}")
+    page = make_page(runs, options.title)
     path = Path(options.out) if options.out else Path(options.runs[0]) / "report.html"
     write_text(path, page)
     print(f"page  {path}")

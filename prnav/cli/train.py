@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import command
+from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.cli._watch import draw_validation, validation_environments, with_wandb
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
-    from prnav.env import PointGoalNavVectorEnv
+    from prnav.env import NavigationVectorEnv
     from prnav.train import RunFolder, TrainConfig
+
+PRESETS = {"pointgoal": "quickstart", "targetnav": "quickstart-targetnav"}
+"""Each task's experiment where none is named."""
 
 LINE_SECONDS = 15.0
 """How often a line is printed where there is no terminal to redraw."""
@@ -34,9 +37,11 @@ def parser() -> argparse.ArgumentParser:
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
         epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
     )
-    p.add_argument("task", choices=("pointgoal",), help="what the agent learns")
+    p.add_argument("task", choices=tuple(PRESETS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
-    p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: quickstart)")
+    p.add_argument(
+        "--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)"
+    )
     p.add_argument(
         "--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them"
     )
@@ -50,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     data = p.add_argument_group("data")
     data.add_argument("--episodes", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
-    data.add_argument("--data-root", metavar="DIR", help="folder under which the scenes of --episodes are")
+    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes are")
     data.add_argument("--scene", metavar="FILE", action="append", help="mesh that the episodes name (repeatable)")
     data.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     return p
@@ -82,7 +87,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         picture=draw_validation,
     )
     try:
-        for line in opening(config, trainer.step, folder.path, workers.size):
+        origins = groups[0].slots.source.world.navmesh_origins
+        for line in opening(config, trainer.step, folder.path, workers.size, origins):
             console.print(line, soft_wrap=True)
         with board:
             stopped = trainer.train()
@@ -113,6 +119,7 @@ def configure(options: argparse.Namespace) -> TrainConfig:
     """The run's config: a file's, or, when a run is resumed without one, the run's own; then the command line's."""
     from prnav.train import load_train_config, without_readings
 
+    check_data_options(options)
     settings = list(options.settings)
     for key, value in (("total_steps", options.steps), ("seed", options.seed)):
         if value is not None:
@@ -120,17 +127,24 @@ def configure(options: argparse.Namespace) -> TrainConfig:
     for key, text in (
         ("env.episodes", options.episodes),
         ("env.episode_split", options.split),
+        ("env.data", options.data),
         ("env.data_root", options.data_root),
         ("env.up", options.up),
     ):
         if text is not None:
             settings.append(f"{key}={_quoted(text)}")
+    if options.navmesh_from is not None:
+        settings.append(f"env.navmesh_files={'true' if options.navmesh_from == 'file' else 'false'}")
+    if options.scene and options.data is not None:
+        raise ConfigError("--scene and --data both say where scenes are: give one of them")
     if options.scene:
         settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
     own = Path(options.run) / "config.toml" if options.run and options.resume else None
     goes_on = own is not None and own.exists()
-    name = options.config or (str(own) if goes_on else "quickstart")
+    name = options.config or (str(own) if goes_on else PRESETS[options.task])
     config = load_train_config(name, tuple(settings))
+    if config.task != options.task:
+        raise ConfigError(f"config {name} is for {config.task}; use prnav-train {config.task}, or another --config")
     if options.steps is not None and not goes_on and not any(key.startswith("imitation.steps=") for key in settings):
         config = with_scaled_warm_start(config, load_train_config(name))
     if options.warmstart == "none":
@@ -157,9 +171,9 @@ def _quoted(text: str) -> str:
     return f"'{text}'"
 
 
-def load_environments(config: TrainConfig, console: Console) -> list[PointGoalNavVectorEnv]:
+def load_environments(config: TrainConfig, console: Console) -> list[NavigationVectorEnv]:
     """The run's environments in groups over the same scenes, with a line that says which scene is loading."""
-    from prnav.env import PointGoalNavVectorEnv
+    from prnav.env import NavigationVectorEnv
     from prnav.train import group_sizes
 
     with console.status("loading scenes") as status:
@@ -167,37 +181,46 @@ def load_environments(config: TrainConfig, console: Console) -> list[PointGoalNa
         def loading(done: int, total: int, name: str) -> None:
             status.update(f"loading scenes {done}/{total} {name}")
 
-        groups: list[PointGoalNavVectorEnv] = []
+        groups: list[NavigationVectorEnv] = []
         for size in group_sizes(config.num_envs, config.groups):
             source = groups[0].slots.source if groups else None
-            groups.append(PointGoalNavVectorEnv(size, config.env, source, progress=loading))
+            groups.append(NavigationVectorEnv(size, config.env, source, progress=loading))
         return groups
 
 
-def data_facts(envs: PointGoalNavVectorEnv) -> dict[str, Any]:
+def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     """What the run is made from: hashes of its scenes, its episodes and their file."""
     from prnav.cache import hash_arrays
+    from prnav.env.episode_source import episode_path
+    from prnav.evaluate.benchmark import benchmark_of
     from prnav.files import sha256_file
 
     source = envs.slots.source
     facts: dict[str, Any] = {
+        "benchmark": benchmark_of(envs.config),
         "episodes": len(source),
         "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
         "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},
+        "navmeshes": dict(zip(source.world.scene_ids, source.world.navmesh_origins, strict=False)),
     }
-    if envs.config.episodes is not None and Path(envs.config.episodes).is_file():
-        facts["file"] = {"name": Path(envs.config.episodes).name, "sha256": sha256_file(envs.config.episodes)}
+    path = episode_path(envs.config)
+    if path is not None and Path(path).is_file():
+        facts["file"] = {"name": Path(path).name, "sha256": sha256_file(path)}
     return facts
 
 
-def opening(config: TrainConfig, step: int, folder: Path, workers: int = 1) -> list[str]:
-    """What is about to be done."""
+def opening(config: TrainConfig, step: int, folder: Path, workers: int = 1, navmeshes: Sequence[str] = ()) -> list[str]:
+    """What is about to be done; ``navmeshes`` says where those of a data set's scenes are from."""
     count = f"{workers} workers with {config.num_envs}" if workers > 1 else f"{config.num_envs}"
     warm = config.imitation.steps
     plan = f"imitate the shortest-path oracle for {warm:,} steps (warm start), then PPO" if warm else "PPO from scratch"
     first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {count} environments"
     second = f"plan: {plan}, {config.total_steps:,} steps in all"
-    return [first, second, f"resumed at step {step:,}"] if step else [first, second]
+    lines = [first, second]
+    if config.env.data is not None:
+        files = sum(origin != "built" for origin in navmeshes)
+        lines.append(f"navmeshes of {config.env.data}: {files} from files, {len(navmeshes) - files} built")
+    return [*lines, f"resumed at step {step:,}"] if step else lines
 
 
 def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stopped: str | None) -> list[str]:
@@ -209,7 +232,7 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
             f"go on with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
-    where = "" if config.env.episodes else " --split test"
+    where = "" if config.env.episodes else " --split test" if config.env.data is None else " --split val"
     return [
         f"trained {step:,} steps in {seconds / 60:.1f} min ({rate}); {learnt}",
         f"evaluate with: prnav-eval --run {folder}{where}",

@@ -8,27 +8,35 @@ from typing import TYPE_CHECKING, Any
 _LAZY = {
     "EnvConfig": "prnav.env.config",
     "EpisodeSource": "prnav.env.episode_source",
+    "NavigationEnv": "prnav.env.single_env",
+    "NavigationSlots": "prnav.env.navigation_slots",
+    "NavigationVectorEnv": "prnav.env.vector_env",
     "PointGoalNavEnv": "prnav.env.single_env",
     "PointGoalNavVectorEnv": "prnav.env.vector_env",
-    "PointGoalSlots": "prnav.env.pointgoal_slots",
+    "TargetNavEnv": "prnav.env.single_env",
+    "TargetNavVectorEnv": "prnav.env.vector_env",
     "load_source": "prnav.env.episode_source",
 }
 
 __all__ = [
     "EnvConfig",
     "EpisodeSource",
+    "NavigationEnv",
+    "NavigationSlots",
+    "NavigationVectorEnv",
     "PointGoalNavEnv",
     "PointGoalNavVectorEnv",
-    "PointGoalSlots",
+    "TargetNavEnv",
+    "TargetNavVectorEnv",
     "load_source",
 ]
 
 if TYPE_CHECKING:
     from prnav.env.config import EnvConfig
     from prnav.env.episode_source import EpisodeSource, load_source
-    from prnav.env.pointgoal_slots import PointGoalSlots
-    from prnav.env.single_env import PointGoalNavEnv
-    from prnav.env.vector_env import PointGoalNavVectorEnv
+    from prnav.env.navigation_slots import NavigationSlots
+    from prnav.env.single_env import NavigationEnv, PointGoalNavEnv, TargetNavEnv
+    from prnav.env.vector_env import NavigationVectorEnv, PointGoalNavVectorEnv, TargetNavVectorEnv
 
 
 def __getattr__(name: str) -> Any:

@@ -13,8 +13,19 @@ from numpy.typing import NDArray
 
 from prnav.config import from_mapping
 from prnav.env.config import EnvConfig
-from prnav.episodes import EpisodeTable, check_scenes, load_builtin_table, load_episode_table, up_axis
+from prnav.episodes import (
+    EpisodeTable,
+    check_scenes,
+    concatenate_tables,
+    load_builtin_table,
+    load_episode_table,
+    train_table,
+    up_axis,
+)
+from prnav.episodes.datasets import find_episodes
 from prnav.navmesh import NavMeshSettings
+from prnav.scene import targetnav_scene_ids
+from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
 from prnav.sim.world import Progress
 
@@ -86,14 +97,13 @@ def load_source(
         SceneError: a scene is missing or broken.
         NavMeshError: a scene has no floor to walk on.
     """
-    if config.episodes is not None:
-        source = config.episodes
-        table, header = load_episode_table(config.episodes, config.episode_split)
+    limits = TextureLimits(config.max_texture_size, config.texture_budget)
+    if (path := episode_path(config)) is not None:
+        source = path
+        table, header = load_episode_table(path, config.episode_split)
     else:
         source = f"built-in episodes ({config.scenes})"
-        table, header = load_builtin_table(
-            config.scenes, config.episodes_per_scene, config.episode_seed, config.max_scenes, progress
-        )
+        table, header = _builtin_table(config, progress)
     if limit is not None:
         table = deal(table, limit)
     world = load_world(
@@ -103,9 +113,38 @@ def load_source(
         up=up or up_axis(header, config.up, source),
         settings=_settings(header, config.navmesh, source),
         progress=progress,
+        data=config.data,
+        navmesh_files=config.navmesh_files,
+        limits=limits,
     )
-    check_scenes(header, dict(zip(world.scene_ids, world.scenes, strict=True)), source)
+    if limits == TextureLimits():  # hashes in headers are of scenes with their textures as they are by default
+        check_scenes(header, dict(zip(world.scene_ids, world.scenes, strict=True)), source)
     return EpisodeSource(world, table)
+
+
+def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[EpisodeTable, dict[str, Any]]:
+    """The built-in episodes of a split, those of ten drawn scenes where TargetNav trains."""
+    count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
+    if config.targetnav is None or config.scenes != "train":
+        return load_builtin_table(config.scenes, count, seed, most, progress)
+    ids = targetnav_scene_ids()[:most]
+    tables = []
+    for done, scene_id in enumerate(ids):
+        if progress is not None:
+            progress(done, len(ids), scene_id)
+        tables.append(train_table(scene_id, count, seed))
+    return concatenate_tables(tables), {}
+
+
+def episode_path(config: EnvConfig) -> str | None:
+    """File or folder of a config's episodes; None where they are the built-in ones.
+
+    Raises:
+        EpisodeError: its data set has no such episodes.
+    """
+    if config.episodes is not None or config.data is None or config.data_root is None:
+        return config.episodes
+    return str(find_episodes(config.data, config.data_root, config.episode_split or config.scenes))
 
 
 def deal(table: EpisodeTable, limit: int) -> EpisodeTable:

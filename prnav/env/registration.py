@@ -10,10 +10,11 @@ def register() -> None:
     """Register the environments with Gymnasium."""
     import gymnasium
 
-    gymnasium.register(
-        id="prnav/PointGoalNav-v0",
-        entry_point="prnav.env:PointGoalNavEnv",
-        vector_entry_point="prnav.env:PointGoalNavVectorEnv",
-        order_enforce=False,
-        disable_env_checker=True,
-    )
+    for name in ("PointGoalNav", "TargetNav"):
+        gymnasium.register(
+            id=f"prnav/{name}-v0",
+            entry_point=f"prnav.env:{name}Env",
+            vector_entry_point=f"prnav.env:{name}VectorEnv",
+            order_enforce=False,
+            disable_env_checker=True,
+        )

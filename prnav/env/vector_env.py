@@ -1,9 +1,9 @@
-"""PointGoalNav as a native Gymnasium vector environment: N agents in one call, restarted in the same step."""
+"""Navigation as a native Gymnasium vector environment: N agents in one call, restarted in the same step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -13,15 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.env.config import EnvConfig
 from prnav.env.episode_source import EpisodeSource, load_source
+from prnav.env.navigation_slots import NavigationSlots, Observations
 from prnav.env.order import EpisodeOrder
-from prnav.env.pointgoal_slots import Observations, PointGoalSlots
-from prnav.env.spaces import NUM_ACTIONS, observation_space
+from prnav.env.spaces import num_actions, observation_space
 from prnav.errors import ConfigError
+from prnav.sim import HOLD
 from prnav.sim.world import Progress
 
 
-class PointGoalNavVectorEnv(VectorEnv):
-    """N PointGoalNav agents over one simulator.
+class NavigationVectorEnv(VectorEnv):
+    """N agents over one simulator, playing the task that their config names.
 
     An episode that ends is followed by the next one in the same step (Gymnasium's ``SAME_STEP``): the returned
     observation is the new episode's first, ``info["final_obs"]`` holds the old one's last (a dictionary per agent, None
@@ -32,6 +33,8 @@ class PointGoalNavVectorEnv(VectorEnv):
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    task: ClassVar[str | None] = None
+    """The only task that a class plays; None takes the config's."""
 
     def __init__(
         self,
@@ -54,16 +57,16 @@ class PointGoalNavVectorEnv(VectorEnv):
         Raises:
             PrnavError: a setting, a scene or an episode is wrong.
         """
-        self.config = configure(config, settings)
+        self.config = configure(config, settings, self.task)
         if num_envs < 1:
             raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
         source = load_source(self.config, progress) if source is None else source
-        self.slots = PointGoalSlots(source, num_envs, self.config)
+        self.slots = NavigationSlots(source, num_envs, self.config)
         self.num_envs = num_envs
         self.render_mode = None
         self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.single_action_space = gymnasium.spaces.Discrete(NUM_ACTIONS)
+        self.single_action_space = gymnasium.spaces.Discrete(num_actions(self.config))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
         self._next_theta: dict[int, NDArray[np.float64]] = {}
@@ -92,11 +95,10 @@ class PointGoalNavVectorEnv(VectorEnv):
     ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info."""
         actions = np.asarray(actions, np.int64)
-        if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= NUM_ACTIONS).any():
-            raise ValueError(
-                f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {NUM_ACTIONS - 1}"
-            )
-        ended = self.slots.advance(actions)
+        count = num_actions(self.config)
+        if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= count).any():
+            raise ValueError(f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {count - 1}")
+        ended = self.slots.advance(actions + self.slots.first_action)
         rewards, terminated, truncated = (
             self.slots.rewards.copy(),
             self.slots.terminated.copy(),
@@ -116,8 +118,8 @@ class PointGoalNavVectorEnv(VectorEnv):
         return self._copy(), rewards, terminated, truncated, {**self._facts(), **info}
 
     def expert_actions(self) -> NDArray[np.int64]:
-        """What the shortest-path follower would do now, (N,)."""
-        return self.slots.expert_actions()
+        """What the shortest-path follower would do now, (N,), as this environment numbers actions."""
+        return task_actions(self.slots.expert_actions(), self.slots.first_action)
 
     def set_designs(self, agents: ArrayLike, theta: ArrayLike) -> None:
         """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
@@ -209,16 +211,45 @@ class PointGoalNavVectorEnv(VectorEnv):
         return final
 
 
-def configure(config: EnvConfig | None, settings: dict[str, Any]) -> EnvConfig:
+class PointGoalNavVectorEnv(NavigationVectorEnv):
+    """N PointGoalNav agents: ``gymnasium.make_vec("prnav/PointGoalNav-v0")``."""
+
+    task = "pointgoal"
+
+
+class TargetNavVectorEnv(NavigationVectorEnv):
+    """N TargetNav agents: ``gymnasium.make_vec("prnav/TargetNav-v0")``."""
+
+    task = "targetnav"
+
+
+def task_actions(actions: NDArray[np.int64], first_action: int) -> NDArray[np.int64]:
+    """The simulator's actions (N,) as a task numbers them; one it lacks (stop at the target) becomes its first."""
+    return np.where(actions == HOLD, HOLD, np.maximum(actions - first_action, 0))
+
+
+def configure(config: EnvConfig | None, settings: dict[str, Any], task: str | None = None) -> EnvConfig:
     """A config, or one made of single settings as they come from ``gymnasium.make``.
 
+    Args:
+        config: the config, or None.
+        settings: single settings instead of it.
+        task: the only task that will do; single settings need not name it.
+
     Raises:
-        ConfigError: both are given, or a setting is unknown or wrong.
+        ConfigError: both are given, a setting is unknown or wrong, or the config is another task's.
     """
     from prnav.config import from_mapping
 
     if config is None:
-        return from_mapping(EnvConfig, settings, "environment settings")
-    if settings:
+        if task == "targetnav":
+            settings = {"targetnav": {}, **settings}
+        config = from_mapping(EnvConfig, settings, "environment settings")
+    elif settings:
         raise ConfigError(f"give either a config or single settings, not both: {', '.join(settings)}")
+    if task is not None and config.task_name != task:
+        raise ConfigError(
+            f"the environment is for {task} and its config for {config.task_name}; "
+            f"{'set' if task == 'targetnav' else 'leave out'} its targetnav rules, or take the other environment"
+        )
     return config

@@ -14,12 +14,12 @@ from prnav.episodes.episode import EpisodeDataset
 from prnav.episodes.generate import GENERATOR_VERSION, GenerationConfig, generate_table
 from prnav.episodes.table import EpisodeTable, concatenate_tables, load_episode_table
 from prnav.errors import EpisodeError
-from prnav.navmesh import NavMesh, NavMeshSettings, load_navmesh
+from prnav.navmesh import BUILDER_VERSION, NavMesh, NavMeshSettings, load_navmesh
 from prnav.resources import resource
 from prnav.scene import SceneMesh, load_scene, scene_ids
 from prnav.version import __version__
 
-BUILTIN_NAME = "prhouses-v0"
+BUILTIN_NAME = "prhouses-v1"
 BUILTIN_SEED = 20240
 SHIPPED_PER_SCENE = 56  #: as in Matterport3D's test split, 18 x 56 = 1,008 episodes
 SHIPPED_SPLITS = ("val", "test")
@@ -101,7 +101,7 @@ def train_table(
         scene = load_scene(scene_id)
     settings = NavMeshSettings() if navmesh is None else navmesh.settings
     config = GenerationConfig()
-    parts = (GENERATOR_VERSION, scene_id, scene.hash, count, seed)
+    parts = (GENERATOR_VERSION, BUILDER_VERSION, scene_id, scene.hash, count, seed)
     key = cache_key(*parts, dataclasses.asdict(settings), dataclasses.asdict(config))
 
     def compute() -> dict[str, Any]:

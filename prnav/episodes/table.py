@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,6 +65,28 @@ class EpisodeTable:
             goals=(Goal(tuple(self.goal_position[row].tolist())),),
             info={} if np.isnan(distance) else {"geodesic_distance": distance, "difficulty": difficulty(distance)},
         )
+
+    def to_json(self) -> Iterator[str]:
+        """The rows as JSON objects, the same text as of :meth:`to_episodes`, without the objects."""
+        scenes = [json.dumps(scene_id) for scene_id in self.scene_ids]
+        columns = (
+            self.episode_ids.tolist(),
+            self.scene_index.tolist(),
+            self.start_position.tolist(),
+            self.start_rotation.tolist(),
+            self.goal_position.tolist(),
+            self.geodesic_distance.tolist(),
+        )
+        for episode_id, scene, start, rotation, goal, distance in zip(*columns, strict=True):
+            info = (
+                ""
+                if math.isnan(distance)
+                else f'"geodesic_distance": {distance!r}, "difficulty": "{difficulty(distance)}"'
+            )
+            yield (
+                f'{{"episode_id": {json.dumps(episode_id)}, "scene_id": {scenes[scene]}, "start_position": {start}, '
+                f'"start_rotation": {rotation}, "info": {{{info}}}, "goals": [{{"position": {goal}, "radius": null}}]}}'
+            )
 
     @classmethod
     def from_episodes(cls, episodes: Sequence[Episode], scene_ids: Sequence[str] | None = None) -> EpisodeTable:

@@ -2,6 +2,7 @@
 
 The random, forward and goal-following agents are those of the Habitat paper (Savva et al. 2019, section 4.1): each
 stops when its GPS puts it within the success distance of the goal, so their scores measure moving, not stopping.
+The agents that feel their way (:mod:`prnav.evaluate.touch`) see nothing either.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Agent(Protocol):
         ...
 
     def act(self, turn: Turn) -> NDArray[np.int64]:
-        """Actions (N,); those of idle slots are ignored."""
+        """Actions (N,) as the simulator numbers them; those of idle slots are ignored."""
         ...
 
 
@@ -63,7 +64,7 @@ class RandomAgent:
     def act(self, turn: Turn) -> NDArray[np.int64]:
         """Actions (N,), drawn from (seed, episode, step) alone."""
         drawn = 1 + np.floor(3.0 * uniforms(turn.keys, turn.steps)).astype(np.int64)
-        return np.where(_arrived(turn, self.stop_distance), STOP, drawn)
+        return np.where(arrived(turn, self.stop_distance), STOP, drawn)
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class ForwardAgent:
 
     def act(self, turn: Turn) -> NDArray[np.int64]:
         """Actions (N,)."""
-        return np.where(_arrived(turn, self.stop_distance), STOP, FORWARD)
+        return np.where(arrived(turn, self.stop_distance), STOP, FORWARD)
 
 
 @dataclass(frozen=True)
@@ -91,9 +92,8 @@ class GoalFollowerAgent:
 
     def act(self, turn: Turn) -> NDArray[np.int64]:
         """Actions (N,)."""
-        bearing = turn.observations["pointgoal"][:, 1]
-        move = np.where(np.abs(bearing) <= self.max_bearing, FORWARD, np.where(bearing > 0, LEFT, RIGHT))
-        return np.where(_arrived(turn, self.stop_distance), STOP, move)
+        move = towards_goal(turn, self.max_bearing)
+        return np.where(arrived(turn, self.stop_distance), STOP, move)
 
 
 @dataclass(frozen=True)
@@ -110,15 +110,14 @@ class ShortestPathAgent:
         return np.asarray(self.expert(), dtype=np.int64)
 
 
-def _arrived(turn: Turn, stop_distance: float) -> NDArray[np.bool_]:
+def arrived(turn: Turn, stop_distance: float) -> NDArray[np.bool_]:
+    """Who should stop, (N,): nobody in a task that shows no goal, since it has no stop either."""
+    if "pointgoal" not in turn.observations:
+        return np.zeros(len(turn.active), np.bool_)
     return turn.observations["pointgoal"][:, 0] < stop_distance
 
 
-REFERENCE_AGENTS: tuple[str, ...] = ("shortest-path", "random", "forward", "goal-follower")
-
-
-def reference_agent(name: str, expert: Callable[[], NDArray[np.int64]], stop_distance: float) -> Agent:
-    """Agent of that name from :data:`REFERENCE_AGENTS`; ``expert`` is used by the shortest-path agent alone."""
-    if name == "shortest-path":
-        return ShortestPathAgent(expert)
-    return {"random": RandomAgent, "forward": ForwardAgent, "goal-follower": GoalFollowerAgent}[name](stop_distance)
+def towards_goal(turn: Turn, max_bearing: float) -> NDArray[np.int64]:
+    """Forward where the goal lies within ``max_bearing`` [rad] of ahead, else a turn towards it, (N,)."""
+    bearing = turn.observations["pointgoal"][:, 1]
+    return np.where(np.abs(bearing) <= max_bearing, FORWARD, np.where(bearing > 0, LEFT, RIGHT))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +38,7 @@ class Played:
 
 
 def play_episodes(
-    slots: EpisodeSlots, agent: Agent, episodes: Sequence[int], seed: int, on_played: Callable[[Played], None]
+    slots: EpisodeSlots, agent: Agent, episodes: Iterable[int], seed: int, on_played: Callable[[Played], None]
 ) -> None:
     """Play each of ``episodes`` (indices into ``slots.episode_ids``) once.
 
@@ -65,7 +65,7 @@ def play_episodes(
         active = playing >= 0
         if not active.any():
             return
-        answer = agent.act(Turn(slots.observe(), active & (steps == 0), active, keys, steps))
+        answer = agent.act(Turn(_observe(slots, active), active & (steps == 0), active, keys, steps))
         actions = np.where(active, answer, HOLD)
         ended = slots.advance(actions) & active
         steps[active] += 1
@@ -74,6 +74,18 @@ def play_episodes(
         for slot in free:
             on_played(Played(int(playing[slot]), slots.outcome(int(slot)), tracks.take(int(slot), int(steps[slot]))))
         playing[free] = -1
+
+
+def _observe(slots: EpisodeSlots, active: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+    """Observations (N, ...), zeros in idle slots: what nobody will use need not be rendered."""
+    rows = np.flatnonzero(active)
+    observations = slots.observe(rows)
+    if len(rows) == len(active):
+        return dict(observations)
+    filled = {name: np.zeros((len(active), *part.shape[1:]), part.dtype) for name, part in observations.items()}
+    for name, part in observations.items():
+        filled[name][rows] = part
+    return filled
 
 
 class _Tracks:

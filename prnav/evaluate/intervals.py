@@ -76,3 +76,28 @@ def paired_difference(
     """Interval of the mean difference ``values - others`` of the same episodes, both (E,)."""
     values, others = np.asarray(values, dtype=np.float64), np.asarray(others, dtype=np.float64)
     return bootstrap_interval(values - others, confidence, resamples, seed)
+
+
+def interval_over_runs(
+    values: ArrayLike, confidence: float = 0.95, resamples: int = RESAMPLES, seed: int = 0
+) -> Interval:
+    """Interval of the mean over runs and episodes: what another seed would give, on other episodes of the kind.
+
+    Runs and episodes are drawn with replacement independently of each other, since all runs play the same episodes
+    (the bootstrap of a crossed design, Owen 2007). With few runs it is wide, and rightly so.
+
+    Args:
+        values: (R, E), R runs that differ by their seed.
+        confidence: of the interval.
+        resamples: number of resamples.
+        seed: seed of the resampling.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    runs, episodes = values.shape
+    generator = np.random.Generator(np.random.PCG64(seed))
+    share_RB = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=resamples).T / runs
+    by_run_BR = bootstrap_means(values.T, resamples, seed + 1)
+    means = np.sum(share_RB.T * by_run_BR, axis=1)
+    tail = 0.5 * (1.0 - confidence)
+    low, high = np.quantile(means, [tail, 1.0 - tail])
+    return Interval(float(values.mean()), float(low), float(high))

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from prnav.errors import RecordError
+from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.evaluator import Played, Trajectory
 from prnav.files import atomic_path, write_text
 
@@ -52,11 +53,18 @@ class Evaluation:
     """One row per episode: ``scene_id``, ``episode_id``, measures; null stands for infinity."""
 
     @property
+    def ids(self) -> list[EpisodeId]:
+        """(scene_id, episode_id) of every row."""
+        return [_episode(row) for row in self.rows]
+
+    @property
     def label(self) -> str:
         """Agent and how it chose actions, for example "pr-2 (greedy)"."""
         actions = self.header.get("actions", "rule")
         name = str(self.header.get("agent", self.directory.name))
-        return f"{name} ({actions})" if actions in ("greedy", "sampled") and name != "random" else name
+        kind = [actions] if actions in ("greedy", "sampled") and name != "random" else []
+        kind += ["invisible target"] if self.header.get("target") == "invisible" else []
+        return f"{name} ({', '.join(kind)})" if kind else name
 
 
 class RecordWriter:
@@ -265,6 +273,11 @@ def _read_header(directory: Path) -> dict[str, Any]:
         raise RecordError(f"{path}: not valid JSON ({error}); evaluate again with prnav-eval --restart") from error
     if not isinstance(header, dict) or not isinstance(header.get("format"), int):
         raise RecordError(f"{path}: not an evaluation of prnav; make one with prnav-eval")
+    if header.get("benchmark") not in (None, BENCHMARK):
+        raise RecordError(
+            f"{path}: a result of benchmark {header['benchmark']}, and this version of prnav has {BENCHMARK}; evaluate "
+            f"again, or read it with prnav {header.get('version')}"
+        )
     if header["format"] > FORMAT:
         raise RecordError(f"{path}: format {header['format']} is newer than {FORMAT}, the newest known; update prnav")
     return header

@@ -44,8 +44,8 @@ class EpisodeSlots(Protocol):
         """Put slots (n,) at the starts of the episodes with these indices (n,)."""
         ...
 
-    def observe(self) -> Mapping[str, NDArray[Any]]:
-        """Observations of all slots, each (N, ...)."""
+    def observe(self, slots: NDArray[np.int64]) -> Mapping[str, NDArray[Any]]:
+        """Observations of slots (n,), each (n, ...)."""
         ...
 
     def advance(self, actions: NDArray[np.int64]) -> NDArray[np.bool_]:

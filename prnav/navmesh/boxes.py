@@ -3,6 +3,8 @@
 Detour measures a polygon's box on its detail mesh, where Recast has put the polygon's own corners one cell height
 higher than they are in the polygon itself; it counts in cells from the tile's lower corner, in float32. Searching
 with the same boxes finds the same polygons at the rim of the search box.
+
+Before: :mod:`.polymesh`. After: :mod:`.surface` and :mod:`.detour_write`.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@
 Habitat-sim builds its navigation meshes with the library Recast; these modules follow the same steps with the same
 meaning of every setting, so that areas, islands and distances agree. References: M. Mononen, Recast Navigation
 (https://recastnav.com); D. Haumont et al., "Volumetric cell-and-portal generation", 2003 (the watershed).
+
+Before: a scene's mesh, :mod:`.settings`. After: :mod:`.heightfield`, its first stage; :mod:`.polymesh`, its result.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """The walkable cells with their connections: Recast's compact heightfield, eroded, with its distance to the border.
 
 Directions are 0: -x, 1: +z, 2: +x, 3: -z; the one after d, ``(d + 1) % 4``, turns to the next corner of a cell.
+
+Before: :mod:`.heightfield`. After: :mod:`.regions`.
 """
 
 from __future__ import annotations

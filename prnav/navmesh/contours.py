@@ -3,6 +3,8 @@
 A contour is a chain of grid corners x, y, z [cells, cell heights, cells]. Outlines of regions are positively oriented
 (counter-clockwise seen from above, see :mod:`prnav.navmesh.polymesh`), holes negatively. Two regions simplify their
 common border alike, so that their polygons fit without gaps.
+
+Before: :mod:`.regions`. After: :mod:`.triangles`.
 """
 
 from __future__ import annotations

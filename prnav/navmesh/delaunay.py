@@ -1,6 +1,8 @@
 """Triangulations of a polygon with points on its outline and inside, in the ground plane.
 
 Points are rows x, y, z in float32; an outline is a list of rows in order.
+
+Before: outlines and samples of :mod:`.detail`. After: :mod:`.detail` again.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ A polygon's outline and inside are sampled on the cells of its region; samples t
 allowed become vertices. Outlines are sampled alike from both sides, so that no seams open. Coordinates here are metres
 from the lower bound, in float32: heights are multiples of the cell height, so errors often equal the largest allowed
 one, and the same vertices as Habitat's come out only if they round alike.
+
+Before: :mod:`.polygons`. After: :mod:`.polymesh`, the builder's result.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 A file is input from strangers: every count is held against the bytes that are there before anything is allocated,
 and whatever does not fit together is a :class:`~prnav.errors.NavMeshError` that names the file and the fault.
+
+Before: a file; :mod:`.detour_format`, its layout. After: :mod:`.stitch` for several tiles, then :mod:`.polymesh`.
 """
 
 from __future__ import annotations

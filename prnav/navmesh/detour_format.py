@@ -1,4 +1,7 @@
-"""Layout of Habitat's ``.navmesh`` files: a set header, then Detour tiles (little-endian, 32-bit references)."""
+"""Layout of Habitat's ``.navmesh`` files: a set header, then Detour tiles (little-endian, 32-bit references).
+
+Before: nothing. After: :mod:`.detour` and :mod:`.detour_write`.
+"""
 
 from __future__ import annotations
 

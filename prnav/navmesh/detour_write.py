@@ -1,4 +1,7 @@
-"""Habitat's navigation mesh files, written: MSET version 2 with one Detour tile."""
+"""Habitat's navigation mesh files, written: MSET version 2 with one Detour tile.
+
+Before: :mod:`.polymesh`. After: a file.
+"""
 
 from __future__ import annotations
 

@@ -14,6 +14,8 @@ never drop each other. A polygon that rounding has hidden from all windows is re
 
 Turning points are chosen in the ground plane; lengths are sums of straight segments in space between them, as Habitat
 measures. Rows of ``roots``: x, y, z, cost in the ground plane, length in space.
+
+Before: :mod:`.locate` has found the polygons of the ends. After: :mod:`.pairs` and :mod:`.goal_fields`.
 """
 
 from __future__ import annotations

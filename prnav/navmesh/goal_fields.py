@@ -1,4 +1,7 @@
-"""Geodesic distances to goals that are prepared once and asked about at every step."""
+"""Geodesic distances to goals that are prepared once and asked about at every step.
+
+Before: :mod:`.navmesh_set`, :mod:`.geodesic`, :mod:`.windows`. After: rewards and the shortest-path follower.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 The ground plane is a grid of ``width`` (x) by ``depth`` (z) columns, column ``x + z * width``. A column holds spans of
 solid matter, lowest first, in cell heights above the lower bound; a span's top may be floor to walk on. Positions are
 cut in float32, as Recast does, so that a wall exactly on a grid line falls into the same cell as in Habitat's meshes.
+
+Before: :mod:`.build` hands over triangles. After: :mod:`.compact`.
 """
 
 from __future__ import annotations

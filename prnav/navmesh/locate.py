@@ -8,6 +8,8 @@ found through the grid alone.
 One oddity of Detour is kept, because Habitat's recorded answers have it: a box that holds the lower corner of the
 scene's bounds sees the scene's first polygon too, however far away that is, so that a few points outside the building
 snap to it instead of nowhere.
+
+Before: :mod:`.surface` and :mod:`.planar`. After: :mod:`.step` and :mod:`.geodesic`, which start at a polygon.
 """
 
 from __future__ import annotations
@@ -228,6 +230,21 @@ def place_on_floor(s, polygons, positions):
     for i in range(len(positions)):
         if polygons[i] >= 0:
             positions[i, 1] = height(s, polygons[i], positions[i, 0], positions[i, 2])
+
+
+@njit(cache=True, nogil=True)
+def place_on_edges(s, polygons, positions):
+    """Set the height of positions (N, 3) to that of the nearest edge of their polygons; -1 leaves a row alone."""
+    for i in range(len(positions)):
+        best = math.inf
+        if polygons[i] < 0:
+            continue
+        for k in range(s.start[polygons[i]], s.start[polygons[i] + 1]):
+            a, b = s.corner[k], s.corner[s.following[k]]
+            t, squared = nearest_on_segment(positions[i, 0], positions[i, 2], a[0], a[2], b[0], b[2])
+            if squared < best:
+                best = squared
+                positions[i, 1] = a[1] + t * (b[1] - a[1])
 
 
 @njit(cache=True, nogil=True)

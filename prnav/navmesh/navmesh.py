@@ -1,4 +1,7 @@
-"""The navigation mesh of one scene, and all one can ask of it."""
+"""The navigation mesh of one scene, and all one can ask of it.
+
+Before: :mod:`.queries` and :mod:`.pairs`. After: :mod:`.navmesh_set`, and all that asks where one can go.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from prnav.files import write_bytes
 from prnav.navmesh import queries
 from prnav.navmesh.detour import read_navmesh
 from prnav.navmesh.detour_write import navmesh_bytes
-from prnav.navmesh.pairs import SearchArrays, pair_distances, shortest_path
+from prnav.navmesh.pairs import SearchArrays, located_distances, pair_distances, shortest_path
 from prnav.navmesh.polymesh import PolyMesh
 from prnav.navmesh.settings import NavMeshSettings
 from prnav.navmesh.surface import Surface, build_surface, triangle_areas
@@ -25,7 +28,7 @@ from prnav.navmesh.surface import Surface, build_surface, triangle_areas
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
-CACHE_VERSION = 2  #: raised when the builder's result changes
+BUILDER_VERSION = 2  #: raised when the builder's result changes: part of the key of whatever is derived from it
 
 
 class Island(NamedTuple):
@@ -33,6 +36,19 @@ class Island(NamedTuple):
 
     area: float  #: [m2]
     radius: float  #: largest distance of its corners from their mean, as Habitat measures it [m]
+
+
+class FloorPoints(NamedTuple):
+    """Points and where on the floor they are, from :meth:`NavMesh.locate`."""
+
+    points: NDArray[np.float64]  #: as given, (N, 3) [m]
+    positions: NDArray[np.float64]  #: where paths to them end, (N, 3) [m]; NaN where no floor is in reach
+    polygons: NDArray[np.int32]  #: (N,); -1 where no floor is in reach
+    islands: NDArray[np.int32]  #: (N,); -1 where no floor is in reach
+
+    def take(self, rows: NDArray[np.int64]) -> FloorPoints:
+        """Some of the points."""
+        return FloorPoints(self.points[rows], self.positions[rows], self.polygons[rows], self.islands[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +145,12 @@ class NavMesh:
     def random_points(self, n: int, seed: int | np.random.Generator = 0) -> NDArray[np.float64]:
         """Points uniform by area, (n, 3); the first rows do not depend on ``n``."""
         generator = seed if isinstance(seed, np.random.Generator) else np.random.Generator(np.random.PCG64(seed))
-        s = self.surface
-        polygon = np.repeat(np.arange(len(s.island)), np.diff(s.detail_start))
-        weights = np.cumsum(np.where(s.island[polygon] >= 0, triangle_areas(s.detail), 0.0))
-        pick, u, v = generator.random((n, 3)).T
+        return self.place(generator.random((n, 3)))
+
+    def place(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Floor points (N, 3) of numbers (N, 3) in [0, 1): uniform numbers give points uniform by area."""
+        s, weights = self.surface, self._cumulated_area
+        pick, u, v = numbers.T
         triangle = np.minimum(np.searchsorted(weights, pick * weights[-1], side="right"), len(weights) - 1)
         a, b, c = s.detail[triangle].reshape(-1, 3, 3).transpose(1, 0, 2)
         root = np.sqrt(u)[:, None]
@@ -163,6 +181,21 @@ class NavMesh:
         a, b = np.broadcast_arrays(queries.as_points(a, "a"), queries.as_points(b, "b"))
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
         return pair_distances(self._search, _zeros(len(a)), a, b)
+
+    def locate(self, points: ArrayLike) -> FloorPoints:
+        """Points found on the floor once, for several questions about their distances."""
+        points = queries.as_points(points)
+        positions, polygons = queries.find_ends(self.surface, _zeros(len(points)), points)
+        return FloorPoints(points, positions, polygons, queries.island_of(self.surface, polygons))
+
+    def located_distances(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.float64]:
+        """:meth:`distances` of points that are located, (N,) [m]."""
+        scenes = _zeros(len(a.points))
+        return located_distances(self._search, scenes, a.polygons, a.positions, b.polygons, b.positions)
+
+    def in_sight(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.bool_]:
+        """Whether the straight segment between located points stays on the floor, (N,)."""
+        return queries.in_sight(self.surface, a.polygons, a.positions, b.polygons, b.positions)
 
     def path(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
         """Turning points of the shortest path from ``a`` to ``b``, both ends included, (M, 3).
@@ -198,6 +231,13 @@ class NavMesh:
         return self.is_navigable(points.reshape(-1, 3), max_y_delta).reshape(rows, columns)
 
     @cached_property
+    def _cumulated_area(self) -> NDArray[np.float64]:
+        """Area of the detail triangles that can be walked, added up, (T,) [m2]."""
+        s = self.surface
+        polygon = np.repeat(np.arange(len(s.island)), np.diff(s.detail_start))
+        return np.cumsum(np.where(s.island[polygon] >= 0, triangle_areas(s.detail), 0.0))
+
+    @cached_property
     def _search(self) -> SearchArrays:
         return SearchArrays(self.surface)
 
@@ -218,7 +258,7 @@ def load_navmesh(scene: SceneMesh, settings: NavMeshSettings = NavMeshSettings()
     Raises:
         NavMeshError: the scene has no floor that the settings' body can stand on.
     """
-    key = cache_key(CACHE_VERSION, scene.hash, dataclasses.asdict(settings))
+    key = cache_key(BUILDER_VERSION, scene.hash, dataclasses.asdict(settings))
     arrays = cached_arrays("navmesh", key, lambda: _build(scene, settings).to_arrays())
     return NavMesh(PolyMesh(**arrays), settings)
 

@@ -1,4 +1,7 @@
-"""Many navigation meshes as one, so that a single call serves agents in any mix of scenes."""
+"""Many navigation meshes as one, so that a single call serves agents in any mix of scenes.
+
+Before: :mod:`.navmesh`. After: :mod:`.goal_fields` and the simulator.
+"""
 
 from __future__ import annotations
 

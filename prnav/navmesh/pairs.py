@@ -1,4 +1,7 @@
-"""Geodesic distances and paths between pairs of points, on the search of :mod:`.geodesic`."""
+"""Geodesic distances and paths between pairs of points, on the search of :mod:`.geodesic`.
+
+Before: :mod:`.geodesic`. After: :mod:`.navmesh` and :mod:`.navmesh_set`.
+"""
 
 from __future__ import annotations
 
@@ -73,10 +76,17 @@ class SearchArrays:
 
 def pair_distances(arrays: SearchArrays, scenes: NDArray[np.int64], starts: Floats, ends: Floats) -> Floats:
     """Geodesic distances between points (N, 3), (N,) [m]; inf between islands and off the floor."""
+    a, p = queries.find_ends(arrays.surface, scenes, starts)
+    b, q = queries.find_ends(arrays.surface, scenes, ends)
+    return located_distances(arrays, scenes, p, a, q, b)
+
+
+def located_distances(
+    arrays: SearchArrays, scenes: NDArray[np.int64], p: queries.Ints, a: Floats, q: queries.Ints, b: Floats
+) -> Floats:
+    """Geodesic distances between floor points a and b (N, 3) in polygons p and q, (N,) [m]; polygon -1 for none."""
     surface = arrays.surface
-    a, p = queries.find_ends(surface, scenes, starts)
-    b, q = queries.find_ends(surface, scenes, ends)
-    distances = np.empty(len(starts))
+    distances = np.empty(len(a))
     row = 0
     while True:
         row = geodesic.pair_distances(

@@ -12,6 +12,8 @@ of :class:`~prnav.navmesh.polymesh.PolyMesh`).
   other would be rounding.
 - ``NARROW`` [m]: windows and slivers thinner than this are dropped, window ends this close to a corner are the corner.
 - ``BETTER`` [m]: a path must be shorter by this to replace another; what is longer by this is pruned.
+
+Before: nothing. After: all compiled queries.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Triangles to convex polygons: merged while they stay convex, and neighbours found (Recast's polygon mesh)."""
+"""Triangles to convex polygons: merged while they stay convex, and neighbours found (Recast's polygon mesh).
+
+Before: :mod:`.triangles`. After: :mod:`.detail`.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 **Orientation.** Polygons are counter-clockwise seen from above (looking along -y, with x to the right and -z up the
 page): the signed area ``0.5 * sum(z[k] * x[k+1] - x[k] * z[k+1])`` over the corners is positive, and so a polygon's
 normal by the right-hand rule points up. Recast and Detour order their polygons the same way.
+
+Before: :mod:`.build` or :mod:`.detour`. After: :mod:`.surface`.
 """
 
 from __future__ import annotations

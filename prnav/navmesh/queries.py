@@ -2,6 +2,8 @@
 
 :class:`~prnav.navmesh.navmesh.NavMesh` and :class:`~prnav.navmesh.navmesh_set.NavMeshSet` are both thin layers on
 these functions, which is why they give the same answers. ``scenes`` (N,) says which scene each row belongs to.
+
+Before: :mod:`.locate` and :mod:`.step`. After: :mod:`.navmesh` and :mod:`.navmesh_set`.
 """
 
 from __future__ import annotations
@@ -60,18 +62,27 @@ def find(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[F
 def find_ends(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[Floats, Ints]:
     """Ends of shortest paths (N, 3) and their polygons (N,).
 
-    As in Habitat, a point straight above or below its polygon keeps its own height: its path starts there.
+    As in Habitat, a point straight above or below its polygon keeps its own height: its path starts there. Any other
+    starts on the polygon's own nearest edge, whose height the detail mesh may differ from.
     """
     positions, polygons = find(surface, scenes, points)
     offset = np.abs(positions - points)
     over = (offset[:, 0] <= TOUCH) & (offset[:, 2] <= TOUCH)  # False on NaN
     positions[over, 1] = points[over, 1]
+    locate.place_on_edges(surface, np.where(over, -1, polygons), positions)
     return positions, polygons
 
 
 def island_of(surface: Surface, polygons: Ints) -> Ints:
     """Island of polygons (N,), -1 for polygon -1."""
     return np.where(polygons >= 0, surface.island[polygons], -1) if len(surface.island) else polygons
+
+
+def in_sight(surface: Surface, p: Ints, a: Floats, q: Ints, b: Floats) -> NDArray[np.bool_]:
+    """Whether straight segments between floor points a and b (N, 3) in polygons p and q stay on the floor, (N,)."""
+    reached, last = np.empty_like(a), np.empty(len(a), np.int32)
+    step.walk_straight(surface, p, a, b, reached, last)
+    return (last >= 0) & (last == q)
 
 
 def clearance(surface: Surface, scenes: NDArray[np.int64], points: Floats, radius: float) -> Floats:

@@ -2,6 +2,8 @@
 
 Region 0 means none. Every region is simply shaped enough for its outline (and holes) to become polygons: no region
 lies above itself.
+
+Before: :mod:`.compact`. After: :mod:`.contours`.
 """
 
 from __future__ import annotations

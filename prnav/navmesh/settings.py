@@ -1,4 +1,7 @@
-"""What a navigation mesh is built for: the body, and the fineness of the result."""
+"""What a navigation mesh is built for: the body, and the fineness of the result.
+
+Before: nothing. After: :mod:`.build`, which follows them.
+"""
 
 from __future__ import annotations
 

@@ -5,6 +5,8 @@ Without sliding a move ends where its segment meets the first wall. With sliding
 point nearest to it. That search may reach over a thin wall or round a corner; where the straight segment to its
 answer would leave the floor, the move ends at the point nearest to the wanted end among those it can go to in a
 straight line, so that no move ever passes a wall.
+
+Before: :mod:`.locate` has found the polygon of the start. After: :mod:`.queries`.
 """
 
 from __future__ import annotations

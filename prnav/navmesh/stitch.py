@@ -3,6 +3,8 @@
 Detour links two border edges of neighbouring tiles where they overlap by more than a centimetre and their heights
 there differ by at most twice the climb. Each overlap becomes an edge that both polygons have: edges are split at the
 ends of the overlaps, and corners that meet become one vertex. What remains of a border edge is a wall.
+
+Before: the tiles of :mod:`.detour`. After: :mod:`.polymesh`.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ leads from one to the other. Shortest paths turn at fans whose walkable angle is
 
 Polygons that cannot be walked keep their place but have no neighbours, no cells and no island. Several scenes lie one
 after another, so that one compiled call serves agents in any mix of them.
+
+Before: :mod:`.polymesh`. After: :mod:`.locate`, the first of the compiled queries.
 """
 
 from __future__ import annotations

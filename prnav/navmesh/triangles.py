@@ -2,6 +2,8 @@
 
 All geometry is exact: grid corners are integers, and predicates are signs of integer areas. With x to the right and z
 *down* the page, ``_area2 < 0`` means that c lies left of the line from a to b, seen from above.
+
+Before: :mod:`.contours`. After: :mod:`.polygons`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Distances to prepared goals: the best of the windows that shortest paths enter a polygon through."""
+"""Distances to prepared goals: the best of the windows that shortest paths enter a polygon through.
+
+Before: the windows that :mod:`.geodesic` has sorted. After: :mod:`.goal_fields`.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Engine "embree": Embree traces the rays, compiled loops make and shade them.
 
-One Embree scene per mesh, built when a ray first needs it. Views are sorted by scene and traced in runs of at most
-``RAYS_PER_CALL`` rays, so that a run's arrays stay in the processor's cache; there is no loop over agents.
+One Embree scene per mesh, built when a ray first needs it and held within the memory budget. Views are sorted by
+scene and traced in runs of at most ``RAYS_PER_CALL`` rays, so that a run's arrays stay in the processor's cache; there
+is no loop over agents.
 """
 
 from __future__ import annotations
@@ -14,15 +15,23 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from prnav.render.charts import cached_coarsest_levels
-from prnav.render.engine import Float32
-from prnav.render.kernels import face_surfaces, fill_rays, hit_spheres, shade
-from prnav.render.rays import Views, patch_offsets
+from prnav.render.engine import EngineOptions, Float32
+from prnav.render.kernels import fill_rays, hit_spheres, shade
+from prnav.render.rays import Views
+from prnav.render.residents import Residents
+from prnav.render.sampling import Sampling
+from prnav.render.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 RAYS_PER_CALL = 8192
+
+PIXEL = Sampling()
+"""One ray, through the middle."""
+
+EMBREE_BYTES_PER_TRIANGLE = 130
+"""Memory of an Embree scene per triangle, as measured: vertices, indices, tree and its leaves."""
 
 
 class EmbreeEngine:
@@ -30,37 +39,34 @@ class EmbreeEngine:
 
     name = "embree"
 
-    def __init__(
-        self, scenes: Sequence[SceneMesh], background: NDArray[np.float64], sphere_color: NDArray[np.float64]
-    ) -> None:
-        self._scenes = scenes
-        self._background = np.asarray(background * 255.0, dtype=np.float32)
-        self._sphere_color = np.asarray(sphere_color * 255.0, dtype=np.float32)
-        self._tracers: dict[int, _Tracer] = {}
+    def __init__(self, scenes: Sequence[SceneMesh], options: EngineOptions) -> None:
+        self._background = np.asarray(options.background * 255.0, dtype=np.float32)
+        self._sphere_color = np.asarray(options.sphere_color * 255.0, dtype=np.float32)
+        self.residents: Residents[_Tracer] = Residents(scenes, _Tracer, options.memory)
 
     def radiance(
         self,
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
-        size = grid * side
+        size = grid * sampling.side
+        weights = sampling.weights.astype(np.float32)
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
-            tracer = self._tracer(scene)
+            tracer = self.residents.get([scene])[scene]
             chosen = views.take(rows)
             width = 2.0 / size * np.sqrt((chosen.right * chosen.right).sum(axis=-1))
             pixel_area = (width * width).astype(np.float32)
             sums = np.zeros((len(chosen) * grid * grid, 3), dtype=np.float32)
             balls = None if spheres is None else spheres[rows]
-            for start, directions, hits in tracer.trace(chosen, grid, side, pattern, balls):
+            for start, directions, hits in tracer.trace(chosen, grid, sampling, balls):
                 shade(
                     start,
-                    side * side,
+                    weights,
                     grid * grid,
                     pixel_area,
                     directions,
@@ -69,17 +75,13 @@ class EmbreeEngine:
                     hits["v"],
                     hits["tfar"],
                     hits["Ng"],
-                    tracer.surface,
-                    tracer.tag,
-                    tracer.mesh.faces,
-                    tracer.mesh.colors,
-                    tracer.mesh.atlas.texels,
-                    tracer.mesh.atlas.table,
+                    tracer.surfaces.records,
+                    tracer.surfaces.texels,
                     self._background,
                     self._sphere_color,
                     sums,
                 )
-            readings[rows] = (sums / np.float32(255 * side * side)).reshape(-1, grid, grid, 3)
+            readings[rows] = (sums / np.float32(255 * sampling.count)).reshape(-1, grid, grid, 3)
         return readings
 
     def depth(
@@ -88,10 +90,11 @@ class EmbreeEngine:
         """See :meth:`prnav.render.engine.Engine.depth`."""
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
+            tracer = self.residents.get([scene])[scene]
             chosen = views.take(rows)
             flat = np.empty(len(chosen) * size * size, dtype=np.float32)
             balls = None if spheres is None else spheres[rows]
-            for start, _, hits in self._tracer(scene).trace(chosen, size, spheres=balls):
+            for start, _, hits in tracer.trace(chosen, size, spheres=balls):
                 flat[start : start + len(hits["tfar"])] = np.where(hits["primID"] == -1, np.inf, hits["tfar"])
             depths[rows] = flat.reshape(-1, size, size)
         return depths
@@ -99,47 +102,31 @@ class EmbreeEngine:
     def trace(self, scene: int, views: Views, size: int) -> tuple[NDArray[np.int32], Float32]:
         """Hit triangle (-1 on a miss) and z-depth (inf on a miss) of every pixel, both (M, size, size)."""
         triangles = np.empty(len(views) * size * size, dtype=np.int32)
-        for start, _, hits in self._tracer(scene).trace(views, size):
+        for start, _, hits in self.residents.get([scene])[scene].trace(views, size):
             triangles[start : start + len(hits["primID"])] = hits["primID"]
         return triangles.reshape(-1, size, size), self.depth(np.full(len(views), scene), views, size)
-
-    def _tracer(self, scene: int) -> _Tracer:
-        if scene not in self._tracers:
-            self._tracers[scene] = _Tracer(self._scenes[scene])
-        return self._tracers[scene]
 
 
 class _Tracer:
     """One mesh in Embree, and its faces' records for shading."""
 
     def __init__(self, mesh: SceneMesh) -> None:
-        self.mesh = mesh
-        self.surface = np.empty((len(mesh.faces), 7), dtype=np.float32)
-        self.tag = np.empty((len(mesh.faces), 3), dtype=np.int32)
-        face_surfaces(
-            mesh.faces,
-            mesh.uvs,
-            mesh.face_texture,
-            mesh.colors,
-            mesh.atlas.table,
-            cached_coarsest_levels(mesh),
-            self.surface,
-            self.tag,
-        )
+        self.surfaces = Surfaces.of(mesh)
         self._embree = EmbreeScene()
         self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
+        self._embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the tree now
+        self.nbytes = self.surfaces.nbytes + EMBREE_BYTES_PER_TRIANGLE * len(mesh.faces)
 
     def trace(
         self,
         views: Views,
         grid: int,
-        side: int = 1,
-        pattern: str = "grid",
+        sampling: Sampling = PIXEL,
         spheres: NDArray[np.float64] | None = None,
     ) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
         """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
+        side, offsets = sampling.side, sampling.offsets
         total = len(views) * (grid * side) ** 2
-        offsets = patch_offsets(side, pattern)
         for start in range(0, total, RAYS_PER_CALL):
             count = min(RAYS_PER_CALL, total - start)
             origins = np.empty((count, 3), dtype=np.float32)

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prnav.render.rays import Views
+from prnav.render.sampling import Sampling
 
 Float32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class EngineOptions:
+    """What an engine is made with, apart from its scenes."""
+
+    background: NDArray[np.float64]
+    """Colour of misses, 0 to 1, (3,)."""
+    sphere_color: NDArray[np.float64]
+    """Colour of spheres, 0 to 1, (3,)."""
+    device: str = "cpu"
+    memory: float = 8e9
+    """Bytes that prepared scenes may take; see :class:`prnav.render.residents.Residents`."""
 
 
 class Engine(Protocol):
     """Light and depth of views in scenes; ``scene_of_view`` (M,) are indices into the engine's scenes.
 
-    Engines are made from the scenes, the colour of misses and the colour of spheres (both 0 to 1).
+    Engines are made from the scenes and an :class:`EngineOptions`.
     """
 
     name: str
@@ -25,14 +40,12 @@ class Engine(Protocol):
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
-        """Mean colour of each of grid x grid patches with side x side rays, shape (M, grid, grid, 3), 0 to 1.
+        """Weighted mean colour of each of grid x grid patches' rays, shape (M, grid, grid, 3), 0 to 1.
 
-        Where the rays lie in a patch is :func:`prnav.render.rays.patch_offsets` of the pattern. ``spheres`` (M, 4) are
-        centre and radius [m] of an opaque sphere per view, radius 0 for none.
+        ``spheres`` (M, 4) are centre and radius [m] of an opaque sphere per view, radius 0 for none.
         """
         ...
 

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import RenderError
-from prnav.render.engine import Float32
+from prnav.render.engine import EngineOptions, Float32
 from prnav.render.rays import Float64, Views
+from prnav.render.sampling import Sampling
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -43,11 +44,11 @@ class GlEngine:
 
     name = ""
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], options: EngineOptions) -> None:
         self._pyrender = load_pyrender(self.name)
         self._meshes = scenes
-        self._background = background
-        self._sphere_color = sphere_color
+        self._background = options.background
+        self._sphere_color = options.sphere_color
         self._drawable: dict[int, Any] = {}
         self._ball: Any = None
         self._canvas: Any = None
@@ -57,18 +58,23 @@ class GlEngine:
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: Float64 | None = None,
     ) -> Float32:
-        """See :meth:`prnav.render.engine.Engine.radiance`; ``side`` is a lower bound.
+        """See :meth:`prnav.render.engine.Engine.radiance`; the number of rays is a lower bound.
 
         Raises:
-            RenderError: a pattern other than "grid".
+            RenderError: a pattern other than "grid", or an acceptance other than "uniform".
         """
-        if pattern != "grid":
-            raise RenderError(f'engine {self.name!r} draws whole pictures; it has no pattern {pattern!r}, only "grid"')
-        side = max(side, -(-MIN_SIZE // grid))
+        for name, value, only in (
+            ("pattern", sampling.pattern, "grid"),
+            ("acceptance", sampling.acceptance, "uniform"),
+        ):
+            if value != only:
+                raise RenderError(
+                    f'engine {self.name!r} draws whole pictures; it has no {name} {value!r}, only "{only}"'
+                )
+        side = max(sampling.side, -(-MIN_SIZE // grid))
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for row, colour, _ in self._draw(scene_of_view, views, grid * side, spheres):
             patches = colour.reshape(grid, side, grid, side, 3).mean(axis=(1, 3), dtype=np.float64)

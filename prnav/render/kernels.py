@@ -42,30 +42,35 @@ def fill_rays(origin, right, up, forward, grid, side, offsets, start, ray_origin
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def face_surfaces(faces, uvs, face_texture, colors, table, coarsest, surface, tag):
-    """Write what shading needs of each triangle into one record.
-
-    surface (F, 7) float32: u, v of corner 0, differences of corners 1 and 2 to it, doubled area in texels of level 0.
-    tag (F, 3) int32: row of the texture table, 1 where some corner's colour is not white, coarsest level allowed.
-    """
+def fill_surfaces(vertices, faces, uvs, face_texture, colors, table, coarsest, surfaces):
+    """Write what shading needs of each triangle into its record; see :data:`prnav.render.surfaces.SURFACE`."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         row = face_texture[f]
         u1, v1 = uvs[b, 0] - uvs[a, 0], uvs[b, 1] - uvs[a, 1]
         u2, v2 = uvs[c, 0] - uvs[a, 0], uvs[c, 1] - uvs[a, 1]
+        s = surfaces[f]
         # whole turns of a repeated texture are dropped: they would only cost digits
-        surface[f, 0] = uvs[a, 0] - np.floor(uvs[a, 0])
-        surface[f, 1] = uvs[a, 1] - np.floor(uvs[a, 1])
-        surface[f, 2], surface[f, 3], surface[f, 4], surface[f, 5] = u1, v1, u2, v2
-        surface[f, 6] = abs(np.float64(u1) * v2 - np.float64(u2) * v1) * table[row, 1] * table[row, 2]
-        tinted = 0
-        for corner in range(3):
-            for channel in range(3):
-                if colors[faces[f, corner], channel] != 255:
-                    tinted = 1
-        tag[f, 0] = row
-        tag[f, 1] = tinted
-        tag[f, 2] = coarsest[f]
+        s.u = uvs[a, 0] - np.floor(uvs[a, 0])
+        s.v = uvs[a, 1] - np.floor(uvs[a, 1])
+        s.u1, s.v1, s.u2, s.v2 = u1, v1, u2, v2
+        texels = abs(np.float64(u1) * v2 - np.float64(u2) * v1) * table[row, 1] * table[row, 2]
+        x1 = np.float64(vertices[b, 0]) - vertices[a, 0]
+        y1 = np.float64(vertices[b, 1]) - vertices[a, 1]
+        z1 = np.float64(vertices[b, 2]) - vertices[a, 2]
+        x2 = np.float64(vertices[c, 0]) - vertices[a, 0]
+        y2 = np.float64(vertices[c, 1]) - vertices[a, 1]
+        z2 = np.float64(vertices[c, 2]) - vertices[a, 2]
+        nx, ny, nz = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
+        s.texels = texels
+        s.density = texels / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-30)
+        s.offset, s.width, s.height = table[row, 0], table[row, 1], table[row, 2]
+        s.coarsest = coarsest[f]
+        s.color0 = colors[a, 0] | colors[a, 1] << 8 | colors[a, 2] << 16
+        s.color1 = colors[b, 0] | colors[b, 1] << 8 | colors[b, 2] << 16
+        s.color2 = colors[c, 0] | colors[c, 1] << 8 | colors[c, 2] << 16
+        white = 0xFFFFFF
+        s.tinted = 0 if s.color0 == white and s.color1 == white and s.color2 == white else 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -101,7 +106,7 @@ def hit_spheres(start, rays_per_view, spheres, origin, direction, triangle, dept
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade(
     start,
-    count,
+    weights,
     patches,
     pixel_area,
     direction,
@@ -110,73 +115,83 @@ def shade(
     bary_v,
     depth,
     normal,
-    surface,
-    tag,
-    faces,
-    colors,
+    surfaces,
     texels,
-    table,
     background,
     sphere_color,
     sums,
 ):
-    """Add the colour (0 to 255) of each ray to its patch in ``sums`` (M * patches, 3); ``count`` rays per patch.
+    """Add the colour (0 to 255) of each ray, times its weight, to its patch in ``sums`` (M * patches, 3).
 
     The texture level is the one whose texels are about as large as the ray's pixel where it meets the triangle: a
     pixel of area ``pixel_area`` (M,) on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the
-    surface (unit normal n, direction d of length 1 along the axis).
+    surface (unit normal n, direction d of length 1 along the axis). ``normal`` (n, 3) is as long as twice the
+    triangle's area.
     """
+    count = len(weights)
     quarter = np.float32(0.25)
     one = np.float32(1.0)
     scale = np.float32(1.0 / 255.0)
+    patch, k = start // count, start % count - 1
+    area = pixel_area[patch // patches]
+    target = sums[patch]
     for i in range(len(triangle)):
-        patch = (start + i) // count
-        target = sums[patch]
-        area = pixel_area[patch // patches]
+        k += 1
+        if k == count:
+            k = 0
+            patch += 1
+            target = sums[patch]
+            area = pixel_area[patch // patches]
+        weight = weights[k]
         f = triangle[i]
         if f == SPHERE:
-            target[0] += sphere_color[0]
-            target[1] += sphere_color[1]
-            target[2] += sphere_color[2]
+            target[0] += weight * sphere_color[0]
+            target[1] += weight * sphere_color[1]
+            target[2] += weight * sphere_color[2]
             continue
         if f < 0:
-            target[0] += background[0]
-            target[1] += background[1]
-            target[2] += background[2]
+            target[0] += weight * background[0]
+            target[1] += weight * background[1]
+            target[2] += weight * background[2]
             continue
+        surface = surfaces[f]
         s, t = bary_u[i], bary_v[i]
-        texture = tag[f, 0]
-        offset = table[texture, 0]
-        width, height = table[texture, 1], table[texture, 2]
+        offset = int(surface.offset)
+        width, height = int(surface.width), int(surface.height)
         if width * height > 1:
-            u = surface[f, 0] + s * surface[f, 2] + t * surface[f, 4]
-            v = surface[f, 1] + s * surface[f, 3] + t * surface[f, 5]
+            u = surface.u + s * surface.u1 + t * surface.u2
+            v = surface.v + s * surface.v1 + t * surface.v2
             u -= np.floor(u)
             v -= np.floor(v)
             facing = abs(
                 normal[i, 0] * direction[i, 0] + normal[i, 1] * direction[i, 1] + normal[i, 2] * direction[i, 2]
             )
-            covered = area * depth[i] * depth[i] * surface[f, 6] / facing  # texels of level 0
+            covered = area * depth[i] * depth[i] * surface.texels / facing  # texels of level 0
             covered *= np.float32(LEVEL_BIAS)
-            level = tag[f, 2]
+            level = surface.coarsest
             while covered > one and level > 0:
                 covered *= quarter
                 level -= 1
                 offset += width * height
                 width = max(1, width >> 1)
                 height = max(1, height >> 1)
-            x = min(np.int64(u * np.float32(width)), width - 1)
-            y = min(np.int64(v * np.float32(height)), height - 1)
+            x = min(int(u * np.float32(width)), width - 1)
+            y = min(int(v * np.float32(height)), height - 1)
             offset += y * width + x
-        red = np.float32(texels[offset, 0])
-        green = np.float32(texels[offset, 1])
-        blue = np.float32(texels[offset, 2])
-        if tag[f, 1] != 0:
+        texel = texels[offset]
+        red = np.float32(texel & 255)
+        green = np.float32(texel >> 8 & 255)
+        blue = np.float32(texel >> 16 & 255)
+        if surface.tinted != 0:
             r = one - s - t
-            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-            red *= (r * colors[a, 0] + s * colors[b, 0] + t * colors[c, 0]) * scale
-            green *= (r * colors[a, 1] + s * colors[b, 1] + t * colors[c, 1]) * scale
-            blue *= (r * colors[a, 2] + s * colors[b, 2] + t * colors[c, 2]) * scale
-        target[0] += red
-        target[1] += green
-        target[2] += blue
+            a, b, c = surface.color0, surface.color1, surface.color2
+            red *= (r * np.float32(a & 255) + s * np.float32(b & 255) + t * np.float32(c & 255)) * scale
+            green *= (
+                r * np.float32(a >> 8 & 255) + s * np.float32(b >> 8 & 255) + t * np.float32(c >> 8 & 255)
+            ) * scale
+            blue *= (
+                r * np.float32(a >> 16 & 255) + s * np.float32(b >> 16 & 255) + t * np.float32(c >> 16 & 255)
+            ) * scale
+        target[0] += weight * red
+        target[1] += weight * green
+        target[2] += weight * blue

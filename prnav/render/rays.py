@@ -8,7 +8,6 @@ the ray parameter of a hit is the hit's z-depth.
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 
@@ -16,11 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import RenderError
+from prnav.render.sampling import Sampling
 
 Float64 = NDArray[np.float64]
-
-PATTERNS = ("grid", "lattice")
-"""How the rays of a receptor lie in its patch; see :func:`patch_offsets`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,46 +121,12 @@ def rays_per_side(rays_per_receptor: int) -> int:
     return side
 
 
-@functools.cache
-def patch_offsets(side: int, pattern: str = "grid") -> Float64:
-    """Where side x side rays meet their patch: right and down from its top left corner, 0 to 1, (side * side, 2).
-
-    "grid" puts them at the centres of equal cells, row by row. "lattice" gives every ray its own row and its own
-    column, as a rank-1 lattice with the longest shortest vector: an edge that runs along the rows or columns, as most
-    edges in built worlds do, is then met by ``side * side`` steps of coverage instead of ``side``.
-
-    Raises:
-        RenderError: another pattern.
-    """
-    count = side * side
-    k = np.arange(count)
-    if pattern == "grid":
-        offsets = np.stack([k % side + 0.5, k // side + 0.5], axis=-1) / side
-    elif pattern == "lattice":
-        offsets = np.stack([k + 0.5, k * _lattice_generator(count) % count + 0.5], axis=-1) / count
-    else:
-        raise RenderError(f"pattern {pattern!r} is not known; valid: {', '.join(PATTERNS)}")
-    offsets.flags.writeable = False
-    return offsets
-
-
-def _lattice_generator(count: int) -> int:
-    """The a in 1 .. count - 1, prime to count, for which the points (k, a k mod count) lie farthest apart."""
-    if count == 1:
-        return 1
-    candidates = np.array([a for a in range(1, count // 2 + 1) if math.gcd(a, count) == 1])
-    # the shortest vector of a lattice of n points in an n x n square is at most 1.075 sqrt(n) long
-    k = np.arange(1, int(1.075 * math.sqrt(count)) + 2)
-    across = (candidates[:, None] * k + count // 2) % count - count // 2
-    return int(candidates[np.argmax((across * across + k * k).min(axis=1))])
-
-
-def view_rays(views: Views, grid: int, side: int = 1, pattern: str = "grid") -> tuple[Float64, Float64]:
-    """Rays of all receptors: origins and directions of shape (M, B, B, side * side, 3), rows from the top.
+def view_rays(views: Views, grid: int, sampling: Sampling = Sampling()) -> tuple[Float64, Float64]:  # noqa: B008 (frozen)
+    """Rays of all receptors: origins and directions of shape (M, B, B, rays, 3), rows from the top.
 
     A direction is 1 long along the optical axis. ``view_rays(views, size)`` are the rays of a picture's pixels.
     """
-    offsets = patch_offsets(side, pattern)
+    offsets = sampling.offsets
     corner = np.arange(grid)
     a = (corner[None, :, None] + offsets[:, 0]) * (2.0 / grid) - 1.0
     b = 1.0 - (corner[:, None, None] + offsets[:, 1]) * (2.0 / grid)
@@ -177,8 +140,8 @@ def patch_rays(
     positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike, grid: int, rays_per_receptor: int, pattern: str = "grid"
 ) -> tuple[Float64, Float64]:
     """Rays of every receptor of every agent: origins and directions of shape (N, K, B, B, s * s, 3)."""
-    side = rays_per_side(rays_per_receptor)
-    rays = view_rays(sensor_views(positions, yaws, designs), grid, side, pattern)
+    sampling = Sampling(rays_per_side(rays_per_receptor), pattern)
+    rays = view_rays(sensor_views(positions, yaws, designs), grid, sampling)
     agents, sensors = np.shape(designs)[:2]
     origins, directions = (array.reshape(agents, sensors, *array.shape[1:]) for array in rays)
     return origins, directions

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.render.charts import coarsest_levels
-from prnav.render.engine import Float32
+from prnav.render.engine import EngineOptions, Float32
 from prnav.render.kernels import LEVEL_BIAS
 from prnav.render.rays import Float64, Views, view_rays
+from prnav.render.sampling import Sampling
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
@@ -29,29 +30,29 @@ class ReferenceEngine:
 
     name = "reference"
 
-    def __init__(self, scenes: Sequence[SceneMesh], background: Float64, sphere_color: Float64) -> None:
+    def __init__(self, scenes: Sequence[SceneMesh], options: EngineOptions) -> None:
         self._scenes = scenes
-        self._background = background
-        self._sphere_color = sphere_color
+        self._background = options.background
+        self._sphere_color = options.sphere_color
 
     def radiance(
         self,
         scene_of_view: NDArray[np.int64],
         views: Views,
         grid: int,
-        side: int,
-        pattern: str = "grid",
+        sampling: Sampling,
         spheres: Float64 | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for row, scene in enumerate(scene_of_view):
             view = views.take(np.array([row]))
-            origins, directions = (rays.reshape(-1, 3) for rays in view_rays(view, grid, side, pattern))
-            pixel = 4.0 * float(view.right[0] @ view.right[0]) / (grid * side) ** 2
+            origins, directions = (rays.reshape(-1, 3) for rays in view_rays(view, grid, sampling))
+            pixel = 4.0 * float(view.right[0] @ view.right[0]) / (grid * sampling.side) ** 2
             ball = np.zeros(4) if spheres is None else spheres[row]
             colours = self._colours(self._scenes[scene], origins, directions, pixel, ball)
-            readings[row] = colours.reshape(grid, grid, side * side, 3).mean(axis=2)
+            weights = sampling.weights[:, None] / sampling.count
+            readings[row] = (colours.reshape(grid, grid, sampling.count, 3) * weights).sum(axis=2)
         return readings
 
     def depth(

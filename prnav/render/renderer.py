@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import importlib
+import re
+import threading
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import RenderError
-from prnav.render.engine import Engine, Float32
-from prnav.render.rays import Views, patch_offsets, rays_per_side, sensor_views
+from prnav.render.engine import Engine, EngineOptions, Float32
+from prnav.render.rays import Views, rays_per_side, sensor_views
+from prnav.render.residents import Progress, Residents
+from prnav.render.sampling import Sampling
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 ENGINES = {
     "embree": ("prnav.render.cpu", "EmbreeEngine"),
+    "warp": ("prnav.render.gpu", "WarpEngine"),
     "reference": ("prnav.render.reference", "ReferenceEngine"),
     "egl": ("prnav.render.gl", "EglEngine"),
     "osmesa": ("prnav.render.gl", "OsmesaEngine"),
 }
 """Engines by name: module and class, imported when one is first asked for."""
+
+MEMORY_GB = 8.0
+"""Memory [GB] that prepared scenes may take unless told otherwise."""
 
 
 class Renderer:
@@ -45,46 +53,79 @@ class Renderer:
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         pattern: str = "grid",
         sphere_color: tuple[float, float, float] = (0.0, 1.0, 0.0),
+        memory_gb: float = MEMORY_GB,
+        acceptance: str = "uniform",
     ) -> None:
         """Renderer of ``scenes``.
 
         Args:
             scenes: what agents can be in.
-            device: "cpu".
-            engine: "auto" (the fastest on the device) or a key of :data:`ENGINES`.
+            device: "cpu", "cuda" or "cuda:N".
+            engine: "auto" (the fastest on the device: "embree" on the CPU, "warp" on CUDA) or a key of
+                :data:`ENGINES`.
             rays_per_receptor: a square number; sets the cost and the error of readings.
             background: red, green, blue, 0 to 1, where a ray meets nothing.
             pattern: where a receptor's rays lie in its patch: "grid" (the pixels of a finer picture) or "lattice"
-                (less error for as many rays); see :func:`prnav.render.rays.patch_offsets`.
+                (less error for as many rays); see :func:`prnav.render.sampling.patch_offsets`.
             sphere_color: red, green, blue, 0 to 1, of the spheres that requests may add.
+            memory_gb: memory [GB] of the device that prepared scenes may take; over it, the least recently used go and
+                are prepared anew when they are needed again. What one request needs is held whatever the budget.
+            acceptance: how much a receptor's rays count across its patch, "uniform", "cosine" or "gaussian"; see
+                :func:`prnav.render.sampling.acceptance_weights`. Pictures have one ray per pixel and know none.
 
         Raises:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
-                no square, an unknown pattern, or a colour outside 0..1.
+                no square, an unknown pattern or acceptance, a colour outside 0..1, or a budget that is not positive.
         """
-        if device != "cpu":
-            if device.split(":")[0] == "cuda":
-                raise RenderError(
-                    f'device {device!r} has no engine yet: the GPU engine comes with Warp in a later release; use "cpu"'
-                )
-            raise RenderError(f'device {device!r} is not known; valid: "cpu"')
+        cuda = re.fullmatch(r"cuda(:\d+)?", device) is not None
+        if not cuda and device != "cpu":
+            raise RenderError(f'device {device!r} is not known; valid: "cpu", "cuda", "cuda:N"')
         if engine != "auto" and engine not in ENGINES:
             raise RenderError(f"engine {engine!r} is not known; valid: auto, {', '.join(ENGINES)}")
+        if cuda and engine not in ("auto", "warp"):
+            raise RenderError(f'engine {engine!r} does not run on device {device!r}; use engine "warp" or device "cpu"')
+        if not memory_gb > 0.0:
+            raise RenderError(f"memory_gb is {memory_gb!r}; it must be a positive number of gigabytes")
         if not len(scenes):
             raise RenderError("there are no scenes to render; give at least one")
         colours = _colour("background", background), _colour("sphere_color", sphere_color)
         self.rays_per_receptor = rays_per_receptor
-        self._side = rays_per_side(rays_per_receptor)
-        patch_offsets(self._side, pattern)
-        self._pattern = pattern
+        self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern, acceptance)
+        self._pixel = Sampling(1, pattern)
         self._scene_count = len(scenes)
-        module, name = ENGINES["embree" if engine == "auto" else engine]
-        self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, *colours)
+        if engine == "auto":
+            engine = "warp" if cuda else "embree"
+        module, name = ENGINES[engine]
+        options = EngineOptions(*colours, device, memory_gb * 1e9)
+        self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, options)
+        self._residents: Residents[Any] | None = getattr(self._engine, "residents", None)
 
     @property
     def engine(self) -> str:
         """Name of the engine in use."""
         return self._engine.name
+
+    def preload(self, progress: Progress | None = None) -> threading.Thread:
+        """Prepare all scenes in the background until the memory budget is full; the returned thread may be joined.
+
+        ``progress`` is called with the number of scenes done, of all scenes, and the name of the next one. Requests go
+        on meanwhile. Engines without prepared scenes (the reference and the rasterisers) have nothing to do.
+        """
+        if self._residents is None:
+            thread = threading.Thread(target=lambda: None)
+            thread.start()
+            return thread
+        return self._residents.preload(progress)
+
+    @property
+    def resident_scenes(self) -> tuple[int, ...]:
+        """Indices of the scenes that are prepared, the least recently used first."""
+        return () if self._residents is None else self._residents.held
+
+    @property
+    def resident_bytes(self) -> int:
+        """Memory of the prepared scenes [bytes], estimated from their sizes."""
+        return 0 if self._residents is None else self._residents.nbytes
 
     def read(
         self,
@@ -109,7 +150,44 @@ class Renderer:
         Raises:
             RenderError: a wrong shape, a value that is not finite or out of range.
         """
-        return self._radiance(scene_ids, positions, yaws, designs, _count("grid", grid), self._side, spheres)
+        readings: Float32 = self._radiance(
+            scene_ids, positions, yaws, designs, _count("grid", grid), self._sampling, spheres
+        )
+        return readings
+
+    def read_on_device(
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        grid: int = 4,
+        spheres: ArrayLike | None = None,
+    ) -> Any:
+        """The same as :meth:`read`, left on the renderer's device: (N, K, grid * grid, 3), an array that DLPack shares.
+
+        ``torch.from_dlpack(renderer.read_on_device(...))`` is a tensor on that device with no copy. With engine
+        "warp" on CUDA nothing waits for the device: the work runs on Warp's current stream, and DLPack lets the
+        consumer's stream wait for it. Other engines give NumPy arrays. Receptors come row by row from the top left
+        (Warp's arrays have four dimensions at most).
+        """
+        return self._radiance(
+            scene_ids, positions, yaws, designs, _count("grid", grid), self._sampling, spheres, on_device=True
+        )
+
+    def image_on_device(
+        self,
+        scene_ids: ArrayLike,
+        positions: ArrayLike,
+        yaws: ArrayLike,
+        designs: ArrayLike,
+        size: int = 128,
+        spheres: ArrayLike | None = None,
+    ) -> Any:
+        """The same as :meth:`image`, left on the device: (N, K, size * size, 3); see :meth:`read_on_device`."""
+        return self._radiance(
+            scene_ids, positions, yaws, designs, _count("size", size), self._pixel, spheres, on_device=True
+        )
 
     def image(
         self,
@@ -121,7 +199,10 @@ class Renderer:
         spheres: ArrayLike | None = None,
     ) -> Float32:
         """Pictures of shape (N, K, size, size, 3), 0 to 1, one ray per pixel; arguments as in :meth:`read`."""
-        return self._radiance(scene_ids, positions, yaws, designs, _count("size", size), 1, spheres)
+        pictures: Float32 = self._radiance(
+            scene_ids, positions, yaws, designs, _count("size", size), self._pixel, spheres
+        )
+        return pictures
 
     def depth(
         self,
@@ -144,13 +225,17 @@ class Renderer:
         yaws: ArrayLike,
         designs: ArrayLike,
         grid: int,
-        side: int,
+        sampling: Sampling,
         spheres: ArrayLike | None,
-    ) -> Float32:
+        on_device: bool = False,
+    ) -> Any:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
         balls = _spheres(spheres, *shape)
-        readings = self._engine.radiance(scene_of_view, views, grid, side, self._pattern, balls)
-        return readings.reshape(*shape, grid, grid, 3)
+        if not on_device:
+            readings = self._engine.radiance(scene_of_view, views, grid, sampling, balls)
+            return readings.reshape(*shape, grid, grid, 3)
+        radiance = getattr(self._engine, "radiance_on_device", self._engine.radiance)
+        return radiance(scene_of_view, views, grid, sampling, balls).reshape((*shape, grid * grid, 3))
 
     def _views(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike

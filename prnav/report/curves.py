@@ -84,7 +84,7 @@ def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping
     shown = [key for key in panels if any(len(series(rows, key)[0]) for rows in runs.values())]
     if not shown:
         return None
-    figure = style.new_figure(4.1 * len(shown), 3.1 + 0.3 * (len(runs) > 1))
+    figure = style.new_figure(min(4.1 * len(shown), 11.4), 3.1 + 0.3 * (len(runs) > 1))
     with style.styled():
         grid = figure.subplots(1, len(shown), squeeze=False)[0]
         for axes, key in zip(grid, shown, strict=True):

@@ -9,15 +9,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import prnav
 from prnav.errors import RecordError
+from prnav.evaluate.compare import differences, same_episodes, seed_groups
 from prnav.evaluate.evaluator import Trajectory
 from prnav.evaluate.maps import FloorMap, load_maps
+from prnav.evaluate.picks import pick_episodes
 from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, load_evaluation, load_trajectories
+from prnav.evaluate.sight import load_sights
 from prnav.report import style
+from prnav.report.breakdown import draw_breakdown
 from prnav.report.curves import METRICS, draw_curves, read_metrics
-from prnav.report.tables import comparison_html, same_episodes
-from prnav.report.topdown import draw_episodes, draw_house
+from prnav.report.designs import draw_design
+from prnav.report.sights import draw_sight
+from prnav.report.tables import comparison_html, differences_html, seeds_html
+from prnav.report.topdown import draw_episodes, draw_house, draw_pairs
+from prnav.sensors import Design
+from prnav.sensors.body import Body
 
 PANELS = {
     "measures.spl": "SPL",
@@ -27,6 +37,14 @@ PANELS = {
 }
 """Learning curves that are shown, by their path in the metrics."""
 
+RESULTS = (
+    "<p>Means over episodes; below each the 95 % interval of a bootstrap over episodes. SPL weighs success by path "
+    "length; SoftSPL takes progress in the place of success, by the distance left at the end, or by the closest that "
+    "the agent came. Greedy takes the likeliest action, sampled draws from the policy.</p>"
+)
+BREAKDOWN = "Success in groups of equally many episodes, at each group's median, with 95 % intervals."
+PAIRS = "Where the left did better most, where the right did, and one episode at random. Red dots are collisions."
+SIGHT = "An episode drawn at random: its map, moments of it, and what every receptor read at every step."
 CURVES = "Means over the latest training episodes, smoothed. Where it says imitation, an oracle acted in part."
 
 _STYLE = """
@@ -37,9 +55,13 @@ h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.6
 h3 { font-size: 1rem; margin: 1.6rem 0 .4rem; } p, figcaption { color: #66727f; max-width: 60rem; }
 figure { margin: 1rem 0 1.8rem; } img { max-width: 100%; height: auto; display: block; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: .45rem .8rem; border-bottom: 1px solid #e3e7eb; white-space: nowrap; }
-th:first-child { text-align: left; } thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
-td small { display: block; color: #66727f; } code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }
+table { font-size: .87rem; }
+th, td { text-align: right; padding: .4rem .45rem; border-bottom: 1px solid #e3e7eb; }
+th { vertical-align: bottom; } th:first-child { text-align: left; max-width: 11rem; }
+tbody th { vertical-align: middle; }
+thead th { color: #66727f; font-weight: 600; font-size: .85rem; }
+td small { display: block; color: #66727f; font-size: .74rem; white-space: nowrap; }
+code { background: #f3f5f7; padding: .1rem .3rem; border-radius: 3px; }
 details { margin: .4rem 0; } pre { background: #f3f5f7; padding: .8rem; overflow-x: auto; font-size: .82rem; }
 """
 
@@ -79,20 +101,14 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
     """HTML text of the page, with every picture inside it."""
     title = title or ", ".join(run.name for run in runs)
     shown = [(run, evaluation) for run in runs for evaluation in run.evaluations]
+    evaluations = [evaluation for _, evaluation in shown]
     names = [_name(run, evaluation) for run, evaluation in shown]
     parts = [
         f"<h1>{html.escape(title)}</h1>",
         f"<p>Made by prnav {prnav.__version__} from the records of its runs.</p>",
     ]
     if shown:
-        parts += ["<h2>Results</h2>", f'<div class="scroll">{comparison_html([e for _, e in shown], names)}</div>']
-        parts.append(
-            "<p>Means over episodes; below each the 95 % interval of a bootstrap over episodes. SPL weighs success by "
-            "path length, SoftSPL takes progress in the place of success. Greedy takes the likeliest action, sampled "
-            "draws from the policy.</p>"
-        )
-    if not same_episodes([evaluation for _, evaluation in shown]):
-        parts.append("<p>These evaluations are of different episodes; they do not compare one to one.</p>")
+        parts += _results(evaluations, names)
     parts += [
         f"<p>{html.escape(run.name)}: the evaluation {html.escape(name)} is unfinished and not shown.</p>"
         for run in runs
@@ -102,13 +118,15 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
     if curves is not None:
         parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), CURVES)]
         parts += [f"<p>{html.escape(line)}</p>" for line in map(_trained, runs) if line]
+    parts += _pairs(shown, names)
     if shown:
         parts.append("<h2>Trajectories</h2>")
-    for name, (_, evaluation) in zip(names, shown, strict=True):
+    for name, evaluation in zip(names, evaluations, strict=True):
         parts.append(f"<h3>{html.escape(name)}</h3>")
         parts += _pictures(evaluation, load_trajectories(evaluation), load_maps(evaluation.directory))
+    parts += _designs(evaluations)
     parts.append("<h2>How it was made</h2>")
-    for name, (_, evaluation) in zip(names, shown, strict=True):
+    for name, evaluation in zip(names, evaluations, strict=True):
         head = {key: value for key, value in evaluation.header.items() if key != "measures"}
         parts.append(_details(name, head))
     parts += [_details(f"{run.name}: run.json", run.facts) for run in runs if run.facts]
@@ -120,13 +138,65 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
     )
 
 
+def _results(evaluations: Sequence[Evaluation], names: Sequence[str]) -> list[str]:
+    """Tables with intervals, differences, seeds, and what success depends on."""
+    parts = ["<h2>Results</h2>", f'<div class="scroll">{comparison_html(evaluations, names)}</div>', RESULTS]
+    paired, groups = differences(evaluations, names), seed_groups(evaluations)
+    if paired:
+        parts += ["<h3>Differences, paired by episode</h3>", f'<div class="scroll">{differences_html(paired)}</div>']
+        parts.append("<p>Bold where the 95 % interval leaves out 0.</p>")
+    if groups:
+        parts += ["<h3>Over seeds</h3>", f'<div class="scroll">{seeds_html(groups)}</div>']
+        parts.append("<p>The bootstrap draws runs and episodes; with few seeds the interval is wide, and rightly.</p>")
+    if not same_episodes(evaluations):
+        parts.append("<p>These evaluations are of different episodes; they do not compare one to one.</p>")
+    breakdown = draw_breakdown(evaluations, names)
+    if breakdown is not None:
+        parts.append(_figure(style.data_uri(breakdown), BREAKDOWN))
+    return parts
+
+
+def _pairs(shown: Sequence[tuple[RunRecords, Evaluation]], names: Sequence[str]) -> list[str]:
+    """The first two evaluations of the same episodes, of two runs if there are two, side by side."""
+    pairs = [
+        (i, j)
+        for i in range(len(shown))
+        for j in range(i + 1, len(shown))
+        if same_episodes([shown[i][1], shown[j][1]]) and shown[i][1].ids == shown[j][1].ids
+    ]
+    if not pairs:
+        return []
+    i, j = min(pairs, key=lambda pair: (shown[pair[0]][0] is shown[pair[1]][0], pair))
+    one, two = shown[i][1], shown[j][1]
+    tracks = load_trajectories(one), load_trajectories(two)
+    figure = draw_pairs((one, two), tracks, load_maps(one.directory), (names[i], names[j]))
+    return ["<h2>Side by side</h2>", _figure(style.data_uri(figure), PAIRS)]
+
+
 def _pictures(evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap]) -> list[str]:
     episodes = style.data_uri(draw_episodes(evaluation, trajectories, maps))
     house = style.data_uri(draw_house(evaluation, trajectories, maps))
-    return [
-        _figure(episodes, "Best, median and worst episodes by SPL. Red dots are steps that hit something."),
-        _figure(house, "Trajectories in the scene with the most episodes, coloured by time."),
+    parts = [
+        _figure(episodes, "Worst and best episodes by SPL, and random ones. Red dots are steps that hit something."),
+        _figure(house, "Up to fifty trajectories in the scene with the most episodes, coloured by time."),
     ]
+    sights = load_sights(evaluation.directory)
+    picks = [index for index in pick_episodes(evaluation.rows).get("random", []) if index in sights]
+    for index in (picks or list(sights))[:1]:
+        row, track = evaluation.rows[index], trajectories[index]
+        figure = draw_sight(row, track, sights[index], maps, f"{evaluation.label}: what the receptors saw")
+        parts.append(_figure(style.data_uri(figure), SIGHT))
+    return parts
+
+
+def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Each design that an evaluated agent has, drawn on its body."""
+    designs = {json.dumps(told): told for evaluation in evaluations if (told := evaluation.header.get("design"))}
+    parts = ["<h2>Designs</h2>"] if designs else []
+    for told in designs.values():
+        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))
+        parts.append(_figure(style.data_uri(draw_design(design)), f"The design {design.name} on the body."))
+    return parts
 
 
 def _figure(uri: str, caption: str) -> str:

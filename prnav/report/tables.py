@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
+from prnav.evaluate.compare import Difference, SeedGroup, same_episodes
 from prnav.evaluate.intervals import Interval
 from prnav.evaluate.records import Evaluation
 from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
@@ -36,6 +37,73 @@ def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
     return table
 
 
+def differences_table(differences: Sequence[Difference]) -> Table:
+    """Paired differences to the first evaluation: a line per measure, a column per evaluation."""
+    title = f"difference to {differences[0].baseline}, paired by episode (95 % interval)"
+    table = Table(title=title, title_justify="left", title_style="bold")
+    table.add_column("measure")
+    for difference in differences:
+        table.add_column(difference.name, justify="right")
+    for key in differences[0].measures:
+        cells = [_signed(key, difference.measures.get(key)).replace("\n", "  ") for difference in differences]
+        table.add_row(BY_KEY[key].label, *cells)
+    return table
+
+
+def seeds_table(groups: Sequence[SeedGroup]) -> Table:
+    """Runs of one recipe taken together: a line per measure, a column per recipe."""
+    title = "over seeds: runs and episodes resampled (95 % interval)"
+    table = Table(title=title, title_justify="left", title_style="bold")
+    table.add_column("measure")
+    for group in groups:
+        table.add_column(f"{group.name}, {len(group.seeds)} seeds", justify="right")
+    for key in groups[0].measures:
+        cells = ["  ".join(format_interval(key, group.measures[key])) for group in groups if key in group.measures]
+        table.add_row(BY_KEY[key].label, *cells)
+    return table
+
+
+def differences_html(differences: Sequence[Difference]) -> str:
+    """Paired differences as an HTML table; those whose interval excludes 0 stand out."""
+    keys = list(differences[0].measures)
+    head = "".join(f"<th>{html.escape(BY_KEY[key].label)}{_unit(key)}</th>" for key in keys)
+    lines = []
+    for difference in differences:
+        cells = [f"<th>{html.escape(difference.name)}</th>"]
+        for key in keys:
+            interval = difference.measures.get(key)
+            if interval is None:
+                cells.append("<td>–</td>")
+                continue
+            mean, ends = _signed(key, interval).split("\n")
+            sure = interval.low > 0 or interval.high < 0
+            cells.append(f"<td>{f'<b>{mean}</b>' if sure else mean}<small>{ends}</small></td>")
+        lines.append(f"<tr>{''.join(cells)}</tr>")
+    title = html.escape(f"minus {differences[0].baseline}")
+    return f"<table><thead><tr><th>{title}</th>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def seeds_html(groups: Sequence[SeedGroup]) -> str:
+    """Runs of one recipe taken together, as an HTML table."""
+    keys = list(groups[0].measures)
+    head = "".join(f"<th>{html.escape(BY_KEY[key].label)}{_unit(key)}</th>" for key in keys)
+    lines = []
+    for group in groups:
+        cells = [f"<th>{html.escape(group.name)}</th><td>{len(group.seeds)}</td>"]
+        for key in keys:
+            mean, ends = format_interval(key, group.measures[key]) if key in group.measures else ("–", "")
+            cells.append(f"<td>{mean}<small>{ends}</small></td>")
+        lines.append(f"<tr>{''.join(cells)}</tr>")
+    return f"<table><thead><tr><th>recipe</th><th>seeds</th>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def _signed(key: str, interval: Interval | None) -> str:
+    if interval is None:
+        return ""
+    decimals = BY_KEY[key].decimals
+    return f"{interval.mean:+.{decimals}f}\n{interval.low:+.{decimals}f} to {interval.high:+.{decimals}f}"
+
+
 def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> str:
     """Evaluations as an HTML table, one row each; where all are of the same episodes, the best means stand out."""
     results = [intervals_of(evaluation.header) for evaluation in evaluations]
@@ -59,11 +127,6 @@ def comparison_html(evaluations: Sequence[Evaluation], names: Sequence[str]) -> 
         f"<table><thead><tr><th>evaluation</th><th>episodes</th>{head}</tr></thead>"
         f"<tbody>{''.join(lines)}</tbody></table>"
     )
-
-
-def same_episodes(evaluations: Sequence[Evaluation]) -> bool:
-    """Whether all evaluations played the same list of episodes."""
-    return len({evaluation.header.get("episodes_hash") for evaluation in evaluations}) <= 1
 
 
 def _unit(key: str) -> str:

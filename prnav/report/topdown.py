@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from prnav.evaluate.evaluator import Trajectory
 from prnav.evaluate.maps import HALF_STOREY, FloorMap, floor_of
+from prnav.evaluate.picks import pick_episodes, pick_pairs
 from prnav.evaluate.records import Evaluation
 from prnav.report import style
 
@@ -34,6 +36,7 @@ def draw_floor(axes: Axes, floor: FloorMap) -> None:
         axes.contour(x, z, walkable, levels=[0.5], colors=style.WALL, linewidths=0.9)
     _scale_bar(axes, extent)
     axes.set_aspect("equal")
+    axes.set_anchor("NW")  # titles start at the left of their cell, and have all of it
     axes.grid(False)
     axes.set_xticks([])
     axes.set_yticks([])
@@ -109,35 +112,6 @@ def _mark(axes: Axes, point: NDArray[np.float64], symbol: str, color: str, size:
     axes.scatter(point[0], point[1], s=size, marker=symbol, color=color, edgecolors="white", linewidths=1.0, zorder=6)
 
 
-def pick_episodes(rows: Sequence[Mapping[str, Any]], each: int = 3) -> dict[str, list[int]]:
-    """Indices of the worst, middle and best episodes by SPL.
-
-    Equals are ordered by SoftSPL, then by how far from the goal they ended, then by the length of the shortest path,
-    so that the best are hard episodes done well and the worst are the farthest misses. No episode appears twice.
-    """
-
-    def rank(index: int) -> tuple[float, ...]:
-        row = rows[index]
-        remaining = row.get("distance_to_goal")
-        return (
-            float(row.get("spl", row.get("success", 0.0))),
-            round(float(row.get("soft_spl", 0.0)), 3),
-            -float(np.inf if remaining is None else remaining),
-            float(row.get("geodesic_distance") or 0.0),
-        )
-
-    order = sorted(range(len(rows)), key=rank)
-    each = min(each, max(1, len(order) // 3))
-    middle = max(each, (len(order) - each) // 2)
-    picks = {"best": order[::-1][:each], "median": order[middle : middle + each], "worst": order[:each]}
-    best, median = set(picks["best"]), set(picks["median"])
-    return {
-        "best": picks["best"],
-        "median": [i for i in picks["median"] if i not in best],
-        "worst": [i for i in picks["worst"] if i not in best | median],
-    }
-
-
 def caption(row: Mapping[str, Any]) -> str:
     """Scene, score and cost of an episode in two short lines."""
     words = [f"SPL {float(row['spl']):.2f}"] if "spl" in row else []
@@ -147,35 +121,93 @@ def caption(row: Mapping[str, Any]) -> str:
     return f"{row['scene_id']} · {row['episode_id']}\n" + " · ".join(words)
 
 
+@dataclass(frozen=True, eq=False)
+class _Panel:
+    """One floor of one episode."""
+
+    title: str
+    row: Mapping[str, Any]
+    trajectory: Trajectory
+    floor: FloorMap
+
+
+COLUMNS = 3
+"""Maps side by side: more would be too small to read on a page 1,280 pixels wide."""
+
+
 def draw_episodes(
     evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap], each: int = 3
 ) -> Figure:
-    """Best, median and worst episodes of an evaluation, one row of maps each."""
-    picks = {name: chosen for name, chosen in pick_episodes(evaluation.rows, each).items() if chosen}
-    columns = max(map(len, picks.values()))
-    shapes = [_aspect(maps, evaluation.rows[i]) for chosen in picks.values() for i in chosen]
-    cell = 3.7
-    figure = style.new_figure(cell * columns, (cell * float(np.clip(np.median(shapes), 0.6, 1.1)) + 0.55) * len(picks))
-    with style.styled():
-        grid = figure.subplots(len(picks), columns, squeeze=False)
-        for line, (name, chosen) in zip(grid, picks.items(), strict=True):
-            for axes in line[len(chosen) :]:
-                axes.set_axis_off()
-            for axes, index in zip(line, chosen, strict=False):
-                draw_episode(axes, evaluation.rows[index], trajectories[index], maps)
-                axes.set_title(f"{name.capitalize()}: {caption(evaluation.rows[index])}", fontsize=9)
-        figure.suptitle(f"{evaluation.label}: best, median and worst episodes by SPL", fontsize=12, x=0.01, ha="left")
-        figure.legend(handles=_legend(), loc="outside lower center", ncols=5)
+    """Worst, best and random episodes of an evaluation; one map for each floor that an episode touches."""
+    panels = []
+    for name, chosen in pick_episodes(evaluation.rows, each).items():
+        for index in chosen:
+            row, trajectory = evaluation.rows[index], trajectories[index]
+            title = f"{name.capitalize()}: {caption(row)}"
+            panels += _panels(title, row, trajectory, floors_of(maps, row, trajectory))
+    figure = _draw_panels(panels, min(COLUMNS, len(panels)))
+    figure.suptitle(f"{evaluation.label}: worst, best and random episodes", fontsize=12, x=0.01, ha="left")
     return figure
 
 
-def draw_episode(
-    axes: Axes, row: Mapping[str, Any], trajectory: Trajectory, maps: Sequence[FloorMap], color: str | None = None
-) -> None:
-    """One episode on the floor it starts on (or, where no map is at hand, on nothing)."""
-    floor = floor_of(maps, str(row["scene_id"]), float(trajectory.positions[0, 1])) or _empty(row, trajectory)
-    draw_floor(axes, floor)
-    draw_trajectory(axes, trajectory, floor, row.get("goal"), color=color)
+def draw_pairs(
+    evaluations: tuple[Evaluation, Evaluation],
+    trajectories: tuple[Sequence[Trajectory], Sequence[Trajectory]],
+    maps: Sequence[FloorMap],
+    names: tuple[str, str],
+) -> Figure:
+    """The same episodes as two evaluations played them, side by side: where each did better most, and one at random.
+
+    Both must have the same episodes in the same order.
+    """
+    one, two = evaluations
+    panels = []
+    for index in pick_pairs(one.rows, two.rows).values():
+        tracks = [trajectories[k][index] for k in (0, 1)]
+        rows = [one.rows[index], two.rows[index]]
+        floors = [floors_of(maps, row, track) for row, track in zip(rows, tracks, strict=True)]
+        heights = sorted({floor.height for shown in floors for floor in shown})
+        for height in heights:
+            for name, row, track, shown in zip(names, rows, tracks, floors, strict=True):
+                of_height = [floor for other in floors for floor in other if floor.height == height]
+                floor = next((floor for floor in shown if floor.height == height), of_height[0])
+                panels += _panels(f"{name}\n{caption(row)}", row, track, [floor], len(heights) > 1)
+    figure = _draw_panels(panels, 2, width=5.4)
+    figure.suptitle("The same episodes, side by side", fontsize=12, x=0.01, ha="left")
+    return figure
+
+
+def floors_of(maps: Sequence[FloorMap], row: Mapping[str, Any], trajectory: Trajectory) -> list[FloorMap]:
+    """Floors that an episode's path or goal is on, lowest first; a blank one where no map is at hand."""
+    heights = list(trajectory.positions[:, 1])
+    heights += [] if row.get("goal") is None else [float(row["goal"][1])]
+    floors = {id(floor): floor for y in heights if (floor := floor_of(maps, str(row["scene_id"]), float(y)))}
+    return sorted(floors.values(), key=lambda floor: floor.height) or [_empty(row, trajectory)]
+
+
+def _panels(
+    title: str, row: Mapping[str, Any], track: Trajectory, floors: Sequence[FloorMap], tell: bool = False
+) -> list[_Panel]:
+    tell = tell or len(floors) > 1
+    return [
+        _Panel(f"{title}{f' · floor at {floor.height:.1f} m' if tell else ''}", row, track, floor) for floor in floors
+    ]
+
+
+def _draw_panels(panels: Sequence[_Panel], columns: int, width: float = 3.7) -> Figure:
+    lines = -(-len(panels) // columns)
+    shape = float(np.clip(np.median([_ratio(panel.floor) for panel in panels]), 0.5, 1.1))
+    figure = style.new_figure(width * columns, (width * shape + 0.55) * lines + 0.5)
+    with style.styled():
+        grid = figure.subplots(lines, columns, squeeze=False).ravel()
+        for axes in grid[len(panels) :]:
+            axes.set_axis_off()
+        for axes, panel in zip(grid, panels, strict=False):
+            draw_floor(axes, panel.floor)
+            draw_trajectory(axes, panel.trajectory, panel.floor, panel.row.get("goal"))
+            axes.set_title(panel.title, fontsize=9)
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=5)
+    return figure
 
 
 def draw_house(
@@ -233,11 +265,6 @@ def _legend() -> list[Line2D]:
 def _ratio(floor: FloorMap) -> float:
     rows, columns = floor.walkable.shape
     return rows / max(columns, 1)
-
-
-def _aspect(maps: Sequence[FloorMap], row: Mapping[str, Any]) -> float:
-    floors = [m for m in maps if m.scene_id == row["scene_id"]]
-    return _ratio(floors[0]) if floors else 1.0
 
 
 def _empty(row: Mapping[str, Any], trajectory: Trajectory) -> FloorMap:

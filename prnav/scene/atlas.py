@@ -5,7 +5,7 @@ A flat array takes textures of any size, wraps each one exactly, and is one allo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,17 +30,33 @@ class TextureAtlas:
     @classmethod
     def from_images(cls, images: Sequence[NDArray[np.uint8]]) -> TextureAtlas:
         """Atlas of images (H, W, 3 or 4) uint8; row 0 of the table is a white texel, image i is row i + 1."""
-        chunks: list[NDArray[np.uint8]] = []
+        rgba = [_rgba(image) for image in images]
+        return cls.from_stream([image.shape[1::-1] for image in rgba], rgba)
+
+    @classmethod
+    def from_stream(cls, sizes: Sequence[tuple[int, ...]], images: Iterable[NDArray[np.uint8]]) -> TextureAtlas:
+        """As :meth:`from_images`, of images that come one by one and need not stay in memory.
+
+        Args:
+            sizes: width and height of each.
+            images: (H, W, 3 or 4) uint8, of these sizes.
+        """
         rows: list[tuple[int, int, int, int]] = []
-        offset = 0
-        for image in [np.full((1, 1, 4), 255, np.uint8), *images]:
-            levels = mip_levels(_rgba(image))
-            height, width = levels[0].shape[:2]
-            rows.append((offset, width, height, len(levels)))
-            for level in levels:
-                chunks.append(level.reshape(-1, 4))
-                offset += level.shape[0] * level.shape[1]
-        return cls(np.concatenate(chunks), np.array(rows, np.int64))
+        end = 0
+        for width, height in [(1, 1), *sizes]:
+            shapes = _level_shapes(height, width)
+            rows.append((end, width, height, len(shapes)))
+            end += sum(h * w for h, w in shapes)
+        texels = np.empty((end, 4), np.uint8)
+        texels[0] = 255
+        for (offset, width, height, _), image in zip(rows[1:], images, strict=True):
+            if image.shape[:2] != (height, width):
+                raise ValueError(f"a texture of {width} x {height} texels came as {image.shape}")
+            for level in mip_levels(_rgba(image)):
+                count = level.shape[0] * level.shape[1]
+                texels[offset : offset + count] = level.reshape(-1, 4)
+                offset += count
+        return cls(texels, np.array(rows, np.int64))
 
     @property
     def num_textures(self) -> int:
@@ -80,6 +96,15 @@ def mip_levels(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
             exact = np.moveaxis(_stretches(_running_sums(np.moveaxis(rows, 1, 0)), width), 0, 1).astype(np.float32)
         levels.append(np.floor(exact + 0.5).astype(np.uint8))
     return levels
+
+
+def _level_shapes(height: int, width: int) -> list[tuple[int, int]]:
+    """Height and width of all levels of a texture."""
+    shapes = [(height, width)]
+    while max(height, width) > 1:
+        height, width = max(1, height >> 1), max(1, width >> 1)
+        shapes.append((height, width))
+    return shapes
 
 
 def _halve(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import SceneError
+from prnav.scene import decoders
 from prnav.scene.source import MeshSource, decode_data_uri, parse_json, split_glb
 
 _COMPONENTS: dict[int, type[Any]] = {
@@ -38,11 +39,13 @@ _READ = {
 }
 """Extensions that a file may require, besides all of ``KHR_materials_``, which change shading and no geometry."""
 
+_OR = f"{decoders.INSTALL}, or export it"
 _REMEDIES = {
-    "EXT_meshopt_compression": "export it without mesh compression (gltfpack: without -c and -cc)",
-    "KHR_meshopt_compression": "export it without mesh compression",
-    "KHR_draco_mesh_compression": "export it without Draco compression (Blender: switch off Compression)",
-    "KHR_texture_basisu": "export it with PNG or JPEG textures",
+    "EXT_meshopt_compression": f"{_OR} without mesh compression (gltfpack: without -c and -cc)",
+    "KHR_meshopt_compression": f"{_OR} without mesh compression",
+    "KHR_draco_mesh_compression": f"{_OR} without Draco compression (Blender: switch off Compression)",
+    "KHR_texture_basisu": f"{_OR} with PNG or JPEG textures",
+    "GOOGLE_texture_basis": f"{_OR} with PNG or JPEG textures",
     "EXT_mesh_gpu_instancing": "export it with one node per instance",
 }
 
@@ -53,12 +56,14 @@ class GltfFile:
     def __init__(self, source: MeshSource) -> None:
         self.path: Path = source.path
         self._side = source.side
-        self._chunk: bytes | None = None
-        text = source.data
+        self._chunk: memoryview | None = None
+        text: bytes | memoryview = source.data
         if source.suffix == ".glb":
             text, self._chunk = split_glb(source.path, source.data)
         self.document: dict[str, Any] = parse_json(source.path, text)
-        self._buffers: dict[int, bytes] = {}
+        self._buffers: dict[int, bytes | memoryview] = {}
+        self._decoded: dict[int, bytes] = {}
+        self._lists: dict[str, list[dict[str, Any]]] = {}
         self._check_version()
 
     def fail(self, problem: str, remedy: str = "repair or export the file again") -> NoReturn:
@@ -79,10 +84,12 @@ class GltfFile:
 
     def items(self, kind: str) -> list[dict[str, Any]]:
         """The top-level list ``kind`` of objects."""
-        items = self.document.get(kind, [])
-        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
-            self.fail(f"{kind!r} is not a list of objects")
-        return items
+        if kind not in self._lists:
+            items = self.document.get(kind, [])
+            if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+                self.fail(f"{kind!r} is not a list of objects")
+            self._lists[kind] = items
+        return self._lists[kind]
 
     def table(self, owner: dict[str, Any], key: str, user: str) -> dict[str, Any]:
         """The object under ``key``, {} where there is none."""
@@ -140,7 +147,17 @@ class GltfFile:
             return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
         return values
 
-    def image_bytes(self, index: Any, user: str) -> bytes:
+    def draco(self, compressed: dict[str, Any], name: str) -> tuple[NDArray[np.int64], dict[int, NDArray[Any]]]:
+        """Triangles and attributes by id of a primitive under KHR_draco_mesh_compression."""
+        if not decoders.available("KHR_draco_mesh_compression"):
+            self.refuse_extension("KHR_draco_mesh_compression")
+        data, _ = self._view_bytes(compressed.get("bufferView"), name)
+        try:
+            return decoders.decode_draco(data)
+        except ValueError as error:
+            self.fail(f"the Draco data of {name} cannot be decoded ({error})")
+
+    def image_bytes(self, index: Any, user: str) -> bytes | memoryview:
         """The encoded image number ``index``."""
         entry = self.item("images", index, user)
         name = f"images[{index}]"
@@ -160,7 +177,8 @@ class GltfFile:
         if not isinstance(required, list):
             self.fail("'extensionsRequired' is not a list")
         for name in map(str, required):
-            if name not in _READ and not name.startswith("KHR_materials_"):
+            known = name in _READ or name.startswith("KHR_materials_")
+            if not known and not decoders.available(name):
                 self.refuse_extension(name)
 
     def _component(self, entry: dict[str, Any], name: str) -> type[Any]:
@@ -185,29 +203,50 @@ class GltfFile:
         little = np.dtype(dtype).newbyteorder("<")
         return np.ndarray((count, width), little, data, offset, (stride, np.dtype(dtype).itemsize))
 
-    def _view_bytes(self, index: Any, user: str) -> tuple[bytes, int]:
+    def _view_bytes(self, index: Any, user: str) -> tuple[bytes | memoryview, int]:
         view = self.item("bufferViews", index, user)
         name = f"bufferViews[{index}]"
+        for extension in decoders.MESHOPT_EXTENSIONS:
+            compressed = self.extension(view, extension, name)
+            if compressed and decoders.available(extension):
+                if index not in self._decoded:
+                    self._decoded[index] = self._meshopt(compressed, name)
+                return self._decoded[index], self.integer(view, "byteStride", name, 0)
         data = self._buffer(view, name)
         offset = self.integer(view, "byteOffset", name, 0)
         length = self.integer(view, "byteLength", name)
         if offset + length > len(data):
             self.fail(f"{name} reaches to byte {offset + length} of a buffer that has {len(data)}")
-        return data[offset : offset + length], self.integer(view, "byteStride", name, 0)
+        return memoryview(data)[offset : offset + length], self.integer(view, "byteStride", name, 0)
 
-    def _buffer(self, view: dict[str, Any], user: str) -> bytes:
+    def _meshopt(self, compressed: dict[str, Any], name: str) -> bytes:
+        """Bytes of a bufferView that is stored under EXT_meshopt_compression."""
+        data = memoryview(self._buffer(compressed, name))
+        offset = self.integer(compressed, "byteOffset", name, 0)
+        length = self.integer(compressed, "byteLength", name)
+        if offset + length > len(data):
+            self.fail(f"compressed {name} reaches to byte {offset + length} of a buffer that has {len(data)}")
+        count, stride = self.integer(compressed, "count", name), self.integer(compressed, "byteStride", name)
+        mode, kind = str(compressed.get("mode")), str(compressed.get("filter", "NONE"))
+        try:
+            return decoders.decode_meshopt(data[offset : offset + length], count, stride, mode, kind)
+        except ValueError as error:
+            self.fail(f"the meshopt data of {name} cannot be decoded ({error})")
+
+    def _buffer(self, view: dict[str, Any], user: str) -> bytes | memoryview:
         index = view.get("buffer")
         entry = self.item("buffers", index, user)
         assert isinstance(index, int)
         if index not in self._buffers:
             name = f"buffers[{index}]"
             uri = entry.get("uri")
+            data: bytes | memoryview
             if isinstance(uri, str):
                 data = self._uri(uri, name)
             elif index == 0 and self._chunk is not None:
                 data = self._chunk
             else:
-                for extension in ("EXT_meshopt_compression", "KHR_meshopt_compression"):
+                for extension in decoders.MESHOPT_EXTENSIONS:
                     if self.extension(view, extension, user):
                         self.refuse_extension(extension)
                 self.fail(f"{name} has no data: no uri and no binary chunk")

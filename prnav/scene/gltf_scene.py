@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.scene import decoders
 from prnav.scene.gltf import GltfFile
-from prnav.scene.images import decode_image
+from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
 from prnav.scene.source import MeshSource
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_DRACO = "KHR_draco_mesh_compression"
 
 
 @dataclass(frozen=True)
@@ -31,15 +33,14 @@ class _Material:
 _PLAIN = _Material(np.ones(3))
 
 
-def gltf_parts(source: MeshSource, max_texture_size: int, textures: Textures) -> list[Part]:
+def gltf_parts(source: MeshSource, textures: Textures) -> list[Part]:
     """Parts of a GLB or glTF file in its own frame; images go into ``textures``."""
-    return _Reader(GltfFile(source), max_texture_size, textures).parts()
+    return _Reader(GltfFile(source), textures).parts()
 
 
 class _Reader:
-    def __init__(self, file: GltfFile, max_texture_size: int, textures: Textures) -> None:
+    def __init__(self, file: GltfFile, textures: Textures) -> None:
         self.file = file
-        self.max_texture_size = max_texture_size
         self.textures = textures
         self._images: dict[int, int] = {}
         self._materials: dict[int, _Material] = {}
@@ -53,7 +54,7 @@ class _Reader:
                 meshes[index] = self._mesh(index)
             triangles += sum(len(part.faces) for part in meshes[index])
             check_triangles(self.file.path, triangles)
-            result += [_moved(part, matrix) for part in meshes[index]]
+            result += [part.moved(matrix) for part in meshes[index]]
         return result
 
     def _instances(self) -> list[tuple[int, NDArray[np.float64]]]:
@@ -132,12 +133,9 @@ class _Reader:
         attributes = file.table(primitive, "attributes", name)
         if "POSITION" not in attributes:
             return None  # nothing to draw, says the standard
-        if file.extension(primitive, "KHR_draco_mesh_compression", name):
-            position = file.item("accessors", attributes["POSITION"], name)
-            if "bufferView" not in position:
-                file.refuse_extension("KHR_draco_mesh_compression")
-        vertices = file.accessor(attributes["POSITION"], f"POSITION of {name}", (3,))
-        faces = self._faces(primitive, mode, len(vertices), name)
+        data = self._geometry(primitive, attributes, name)
+        vertices = data("POSITION", (3,))
+        faces = data.faces if data.faces is not None else self._faces(primitive, mode, len(vertices), name)
         if not len(faces):
             return None
         # several primitives may share one accessor and use a piece of it each
@@ -145,7 +143,7 @@ class _Reader:
         used[faces] = True
         if not used.all():
             faces = (np.cumsum(used) - 1)[faces]
-        vertices = vertices[used].astype(np.float64)
+        vertices = vertices[used]
         if not (finite := np.isfinite(vertices).all(axis=1)).all():
             index = np.flatnonzero(used)[~finite]
             value = vertices[~finite][0].tolist()
@@ -154,21 +152,36 @@ class _Reader:
         material = self._material(primitive.get("material"), name)
         colors = material.color
         if "COLOR_0" in attributes:
-            colors = self._attribute(attributes, "COLOR_0", (3, 4), used, name)[:, :3] * colors
+            colors = self._attribute(data, "COLOR_0", (3, 4), used, name)[:, :3] * colors
         uvs = None
         if material.texture and f"TEXCOORD_{material.uv_set}" in attributes:
-            uvs = self._attribute(attributes, f"TEXCOORD_{material.uv_set}", (2,), used, name)
+            uvs = self._attribute(data, f"TEXCOORD_{material.uv_set}", (2,), used, name)
             if material.uv_matrix is not None:
-                uvs = uvs @ material.uv_matrix[:, :2].T + material.uv_matrix[:, 2]
-        return Part(vertices, faces, uvs, colors, material.texture)
+                with np.errstate(all="ignore"):  # what is not finite is refused with the mesh
+                    uvs = uvs @ material.uv_matrix[:, :2].T + material.uv_matrix[:, 2]
+        return Part.of(vertices, faces, uvs, colors, material.texture)
 
     def _attribute(
-        self, attributes: dict[str, Any], key: str, columns: tuple[int, ...], used: NDArray[np.bool_], name: str
+        self, data: _Geometry, key: str, columns: tuple[int, ...], used: NDArray[np.bool_], name: str
     ) -> NDArray[np.float64]:
-        values = self.file.accessor(attributes[key], f"{key} of {name}", columns)
+        values = data(key, columns)
         if len(values) != len(used):
             self.file.fail(f"{key} of {name} has {len(values)} elements for {len(used)} vertices")
         return values[used].astype(np.float64)
+
+    def _geometry(self, primitive: dict[str, Any], attributes: dict[str, Any], name: str) -> _Geometry:
+        """Where the numbers of a primitive come from: its accessors, or Draco data where they have no bytes."""
+        file = self.file
+        compressed = file.extension(primitive, _DRACO, name)
+        position = file.item("accessors", attributes["POSITION"], name)
+        if not compressed or ("bufferView" in position and not decoders.available(_DRACO)):
+            return _Geometry(file, attributes, name)
+        faces, arrays = file.draco(compressed, name)
+        count = file.integer(position, "count", f"POSITION of {name}")
+        if len(faces) and not 0 <= faces.min() <= faces.max() < count:
+            file.fail(f"the Draco data of {name} has triangles beyond its {count} vertices")
+        ids = file.table(compressed, "attributes", f"{_DRACO} of {name}")
+        return _Geometry(file, attributes, name, faces, {key: arrays.get(_number(ids[key])) for key in ids})
 
     def _faces(self, primitive: dict[str, Any], mode: int, count: int, name: str) -> NDArray[np.int64]:
         file = self.file
@@ -232,22 +245,49 @@ class _Reader:
         entry = file.item("textures", index, user)
         name = f"textures[{index}]"
         image = file.extension(entry, "EXT_texture_webp", name).get("source", entry.get("source"))
+        for extension in decoders.BASIS_EXTENSIONS:
+            source = file.extension(entry, extension, name).get("source")
+            if image is None and source is not None and decoders.available(extension):
+                image = source
         if image is None:
             for extension in file.table(entry, "extensions", name):
                 file.refuse_extension(extension)
             file.fail(f"{name} names no image")
         data = file.image_bytes(image, name)
         if image not in self._images:
-            where = f"scene {file.path}: images[{image}]"
-            self._images[image] = self.textures.add(decode_image(data, self.max_texture_size, where))
+            self._images[image] = self.textures.add(EncodedImage(data, f"scene {file.path}: images[{image}]"))
         return self._images[image]
 
 
-def _moved(part: Part, matrix: NDArray[np.float64]) -> Part:
-    """The part under a matrix (4, 4); one that mirrors turns the triangles round, so that fronts stay fronts."""
-    linear, offset = matrix[:3, :3], matrix[:3, 3]
-    with np.errstate(all="ignore"):
-        vertices = part.vertices @ linear.T + offset
-        mirrored = np.linalg.det(linear) < 0.0
-    faces = part.faces[:, ::-1] if mirrored else part.faces
-    return Part(vertices, faces, part.uvs, part.colors, part.texture)
+class _Geometry:
+    """Attributes of a primitive by name; called for one."""
+
+    def __init__(
+        self,
+        file: GltfFile,
+        attributes: dict[str, Any],
+        name: str,
+        faces: NDArray[np.int64] | None = None,
+        decoded: dict[str, NDArray[Any] | None] | None = None,
+    ) -> None:
+        self.file, self.attributes, self.name = file, attributes, name
+        self.faces = faces  #: of Draco data; None where the primitive's own indices count
+        self.decoded = decoded or {}
+
+    def __call__(self, key: str, columns: tuple[int, ...]) -> NDArray[Any]:
+        """Values (V, columns) as :meth:`GltfFile.accessor` has them."""
+        user = f"{key} of {self.name}"
+        if key not in self.decoded:
+            return self.file.accessor(self.attributes[key], user, columns)
+        entry = self.file.item("accessors", self.attributes[key], user)
+        values, count = self.decoded[key], self.file.integer(entry, "count", user)
+        if values is None or values.ndim != 2 or values.shape[1] not in columns or len(values) != count:
+            found = "nothing" if values is None else f"an array {values.shape}"
+            self.file.fail(f"{user}: the Draco data holds {found} where {count} x {columns} numbers are needed")
+        if entry.get("normalized") and values.dtype.kind in "iu":
+            return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
+        return values
+
+
+def _number(value: Any) -> int:
+    return value if isinstance(value, int) else -1

@@ -6,48 +6,122 @@ import io
 import struct
 import warnings
 import zlib
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from prnav.errors import SceneError
+from prnav.scene import decoders
 
 MAX_SIDE = 16384
 """Longest side of an image [pixels] that is decoded at all; PIL's own limit on their product (179 M) holds too."""
 
+_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TIFF", "TGA", "PPM")
+"""What PIL may take a file for: kinds that textures have, and none that starts another program."""
 
-def decode_image(data: bytes, max_texture_size: int, where: str) -> NDArray[np.uint8]:
-    """RGBA texels (H, W, 4), top row first, of a PNG, JPEG or any other image that PIL reads.
+_PIL_ERRORS = (OSError, ValueError, SyntaxError, EOFError, IndexError, KeyError, TypeError, struct.error, zlib.error)
+"""What PIL's readers raise for files that are not what they say."""
 
-    An image with a side over ``max_texture_size`` is reduced by the smallest power of two that brings it under, each
-    texel the mean of those it replaces.
 
-    Raises:
-        SceneError: not an image, cut off, or too big; ``where`` names it.
+@dataclass(frozen=True, eq=False)
+class EncodedImage:
+    """A PNG, JPEG, KTX 2 or other image whose size is known and whose pixels are not decoded yet.
+
+    Attributes:
+        data: the file's bytes.
+        where: what errors call it.
     """
-    try:
+
+    data: bytes | memoryview
+    where: str
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels, read from the header.
+
+        Raises:
+            SceneError: not an image, or too big.
+        """
+        if decoders.is_basis(self.data):
+            return self._checked(self._basis_size())
+        try:
+            return self._checked(self._open().size)
+        except Image.DecompressionBombError as error:
+            raise self._too_big(error) from error
+        except _PIL_ERRORS as error:
+            raise self._unreadable(error) from error
+
+    def decode(self, factor: int = 1) -> NDArray[np.uint8]:
+        """RGBA texels (ceil(H / factor), ceil(W / factor), 4), top row first, each the mean of those it replaces.
+
+        Raises:
+            SceneError: not an image, cut off, or too big.
+        """
+        _ = self.size  # refuses what is too big before it is decoded
+        if decoders.is_basis(self.data):
+            try:
+                return _texels(Image.fromarray(np.ascontiguousarray(decoders.decode_basis(self.data))), factor)
+            except ValueError as error:
+                raise self._broken_basis(error) from error
+        try:
+            image = self._open()
+            image.load()
+            return _texels(image, factor)
+        except Image.DecompressionBombError as error:
+            raise self._too_big(error) from error
+        except _PIL_ERRORS as error:
+            raise self._unreadable(error) from error
+
+    def _open(self) -> Image.Image:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            image = Image.open(io.BytesIO(data))
-        if max(image.size) > MAX_SIDE or min(image.size) < 1:
-            size = f"{image.size[0]} x {image.size[1]} pixels"
-            raise SceneError(f"{where} has {size}; valid are 1 to {MAX_SIDE} a side: shrink it")
-        image.load()
-    except Image.DecompressionBombError as error:
-        raise SceneError(f"{where} is too big to decode ({error}); shrink it under {MAX_SIDE} a side") from error
-    except (OSError, ValueError, SyntaxError, EOFError, IndexError, struct.error, zlib.error) as error:
+            return Image.open(io.BytesIO(self.data), formats=_FORMATS)
+
+    def _basis_size(self) -> tuple[int, int]:
+        if not decoders.available("KHR_texture_basisu"):
+            raise SceneError(
+                f"{self.where} is a KTX 2 / Basis Universal texture, and no decoder for it is installed; "
+                f"{decoders.INSTALL}, or export with PNG or JPEG textures"
+            )
+        try:
+            return decoders.basis_size(self.data)
+        except ValueError as error:
+            raise self._broken_basis(error) from error
+
+    def _checked(self, size: tuple[int, int]) -> tuple[int, int]:
+        if max(size) > MAX_SIDE or min(size) < 1:
+            raise SceneError(
+                f"{self.where} has {size[0]} x {size[1]} pixels; valid are 1 to {MAX_SIDE} a side: shrink it"
+            )
+        return size
+
+    def _too_big(self, error: Exception) -> SceneError:
+        return SceneError(f"{self.where} is too big to decode ({error}); shrink it under {MAX_SIDE} a side")
+
+    def _broken_basis(self, error: Exception) -> SceneError:
+        return SceneError(
+            f"{self.where} is a Basis texture that cannot be read ({error}); copy or export the file again"
+        )
+
+    def _unreadable(self, error: Exception) -> SceneError:
         reason = str(error).split("\n")[0].replace(repr(error), "")
         if isinstance(error, Image.UnidentifiedImageError):
-            reason = f"starts with {data[:8]!r}"
-        raise SceneError(f"{where} is not an image that can be read ({reason}); valid: PNG, JPEG, WebP") from error
-    return _texels(image, max_texture_size)
+            reason = f"starts with {bytes(self.data[:8])!r}"
+        return SceneError(f"{self.where} is not an image that can be read ({reason}); valid: PNG, JPEG, WebP, KTX 2")
 
 
-def _texels(image: Image.Image, max_texture_size: int) -> NDArray[np.uint8]:
+def reduction(size: tuple[int, int], max_texture_size: int) -> int:
+    """Smallest power of two by which an image must shrink for no side to be over ``max_texture_size``."""
     factor = 1
-    while -(-max(image.size) // factor) > max_texture_size:
+    while -(-max(size) // factor) > max_texture_size:
         factor *= 2
+    return factor
+
+
+def _texels(image: Image.Image, factor: int) -> NDArray[np.uint8]:
     if image.mode[0] in "IF":
         image = _eight_bits(image)
     alpha = image.convert("RGBA").getchannel("A") if image.mode in ("LA", "La", "PA", "RGBA", "RGBa") else None

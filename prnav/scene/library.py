@@ -12,11 +12,13 @@ from prnav.config import to_mapping
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
 from prnav.frames import to_y_up
-from prnav.scene.load import MAX_TEXTURE_SIZE, load_mesh
+from prnav.scene.load import check_limits, compose
 from prnav.scene.mesh import SceneMesh
-from prnav.scene.source import read_source
+from prnav.scene.scene_file import AXES, SceneFile
+from prnav.scene.source import MeshSource, read_source
+from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET, TextureLimits
 
-SCENE_VERSION = 2
+SCENE_VERSION = 3
 """Version of the code from file to arrays: whatever changes the arrays of any file raises it, and caches are redone."""
 
 SPLITS = ("train", "val", "test")
@@ -25,15 +27,24 @@ _BUILT_IN = "prhouses/"
 _HABITAT_PREFIX = "data/scene_datasets/"
 
 
-def load_scene(source: str | Path, up: str = "y", max_texture_size: int = MAX_TEXTURE_SIZE) -> SceneMesh:
+def load_scene(
+    source: str | Path | SceneFile,
+    up: str = "y",
+    max_texture_size: int = MAX_TEXTURE_SIZE,
+    texture_budget: int = TEXTURE_BUDGET,
+) -> SceneMesh:
     """A scene from a mesh file (.glb, .gltf, .obj, .ply) or a built-in id such as "prhouses/test/03".
 
     The arrays are kept in the cache, under a hash of the bytes of the file and all the files it names.
 
     Args:
-        source: path of a mesh file, or a built-in id.
-        up: up axis of the file, "y" (glTF's own) or "z" (Habitat's stage files). Built-in homes are y-up.
+        source: path of a mesh file, a built-in id, or a scene of a data set
+            (:meth:`prnav.scene.datasets.SceneSet.scene`).
+        up: up axis of a mesh file, "y" (glTF's own) or "z" (Habitat's stage files). Built-in homes are y-up; a scene
+            of a data set has its own frame.
         max_texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
+        texture_budget: texels of all textures of a file together; where there are more, those with the most texels per
+            square metre of surface are reduced by powers of two. Built-in homes stay as they are.
 
     Raises:
         SceneError: no such scene, or a file that cannot be used.
@@ -41,9 +52,21 @@ def load_scene(source: str | Path, up: str = "y", max_texture_size: int = MAX_TE
     to_y_up((0.0, 0.0, 0.0), up)
     if isinstance(source, str) and source.startswith(_BUILT_IN):
         return _load_built_in(source)
-    file = read_source(source)
-    key = cache_key(SCENE_VERSION, file.digest(), up, max_texture_size)
-    return _cached("scene", key, file.path.name, lambda: load_mesh(file, up, max_texture_size))
+    scene = source if isinstance(source, SceneFile) else SceneFile(Path(source).name, Path(source), AXES[up])
+    limits = check_limits(scene.path, max_texture_size, texture_budget)
+    stage, objects = _read_files(scene)
+    digests = [file.digest() for file in (stage, *objects.values())]
+    key = cache_key(SCENE_VERSION, digests, scene.describe(), max_texture_size, texture_budget)
+    return _cached("scene", key, scene.path.name, lambda: compose(scene, stage, objects, limits))
+
+
+def parse_scene(scene: SceneFile) -> SceneMesh:
+    """A scene from its files, past the cache.
+
+    Raises:
+        SceneError: a file that cannot be used.
+    """
+    return compose(scene, *_read_files(scene), TextureLimits())
 
 
 def scene_ids(split: str) -> list[str]:
@@ -57,6 +80,13 @@ def scene_ids(split: str) -> list[str]:
     if split not in SPLITS:
         raise SceneError(f"split {split!r} is not one of the built-in homes'; valid: {', '.join(SPLITS)}")
     return [f"{_BUILT_IN}{split}/{index:02d}" for index in range(SPLIT_SIZES[split])]
+
+
+def targetnav_scene_ids() -> list[str]:
+    """Ids of the ten training homes that TargetNav trains in; they are drawn with a fixed seed."""
+    from prnav.scene.houses.manifest import targetnav_ids
+
+    return targetnav_ids()
 
 
 def resolve_scene(
@@ -99,6 +129,17 @@ def resolve_scene(
         f"scene {scene_id!r} is not found (looked in: {where}); name the folder that holds it with --data-root DIR, "
         f"or the mesh itself with --scene FILE"
     )
+
+
+def is_built_in(scene_id: str) -> bool:
+    """Whether an id is one of the built-in homes'."""
+    return scene_id.startswith(_BUILT_IN)
+
+
+def _read_files(scene: SceneFile) -> tuple[MeshSource, dict[Path, MeshSource]]:
+    """The bytes of a scene's stage and of its objects, each read once."""
+    paths = dict.fromkeys(placed.path for placed in scene.objects)
+    return read_source(scene.path), {path: read_source(path) for path in paths}
 
 
 def _load_built_in(scene_id: str) -> SceneMesh:

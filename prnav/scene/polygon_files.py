@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import SceneError
-from prnav.scene.images import decode_image
+from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
 from prnav.scene.source import MeshSource
 
@@ -26,7 +26,7 @@ _PLY_BYTES = {
 }  # fmt: skip
 
 
-def polygon_parts(source: MeshSource, max_texture_size: int, textures: Textures) -> list[Part]:
+def polygon_parts(source: MeshSource, textures: Textures) -> list[Part]:
     """Parts of an OBJ or PLY file in its own frame; images go into ``textures``.
 
     A missing material or image file is a warning, as these files are often passed on without: its surfaces are plain.
@@ -40,10 +40,13 @@ def polygon_parts(source: MeshSource, max_texture_size: int, textures: Textures)
         _check_ply(source)
     resolver = _SideFiles(source)
     images = {
-        name: decode_image(source.side[name], max_texture_size, f"scene {source.path}: image {name!r}")
+        name: EncodedImage(source.side[name], f"scene {source.path}: image {name!r}")
         for name in source.images
         if name in source.side
     }
+    for image in images.values():
+        _ = image.size  # what is no image is refused, used or not
+    parts: list[Part] = []
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -54,18 +57,19 @@ def polygon_parts(source: MeshSource, max_texture_size: int, textures: Textures)
                 process=False,
             )
             meshes = [(mesh, loaded.geometry[mesh]) for mesh in loaded.geometry]
+            for _, mesh in sorted(meshes, key=lambda item: item[0]):
+                if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+                    parts.append(_part(source, mesh, images, textures))
+    except SceneError:
+        raise
     except Exception as error:  # whatever a parser trips over in a broken file
         reason = str(error).strip().split("\n")[0] or type(error).__name__
         kind = source.suffix[1:].upper()
         raise SceneError(
-            f"scene {source.path}: not a {kind} that can be read ({reason}); triangulate and export it again"
+            f"scene {source.path}: not a {kind} that can be read ({reason:.300}); triangulate and export it again"
         ) from error
     for name in resolver.missing:
         warnings.warn(f"scene {source.path}: {name!r} is missing, what it colours stays plain", stacklevel=2)
-    parts = []
-    for _, mesh in sorted(meshes, key=lambda item: item[0]):
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_part(source, mesh, images, textures))
     return parts
 
 
@@ -92,10 +96,12 @@ class _SideFiles:
         return list(self._source.side)
 
 
-def _part(source: MeshSource, mesh: Any, images: dict[str, NDArray[np.uint8]], textures: Textures) -> Part:
+def _part(source: MeshSource, mesh: Any, images: dict[str, EncodedImage], textures: Textures) -> Part:
     check_triangles(source.path, len(mesh.faces))
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise SceneError(f"scene {source.path}: its vertices are {vertices.shape}, not x, y and z; export it again")
     if faces.min() < 0 or faces.max() >= len(vertices):
         found = faces.min() if faces.min() < 0 else faces.max()
         raise SceneError(
@@ -104,12 +110,12 @@ def _part(source: MeshSource, mesh: Any, images: dict[str, NDArray[np.uint8]], t
     visual = mesh.visual
     if visual.kind == "face":
         colors = np.repeat(np.asarray(visual.face_colors)[:, :3] / 255.0, 3, axis=0)
-        return Part(vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3), None, colors, 0)
+        return Part.of(vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3), None, colors, 0)
     if visual.kind == "vertex":
-        return Part(vertices, faces, None, np.asarray(visual.vertex_colors)[:, :3] / 255.0, 0)
+        return Part.of(vertices, faces, None, np.asarray(visual.vertex_colors)[:, :3] / 255.0, 0)
     material = getattr(visual, "material", None)
     if visual.kind != "texture" or material is None:
-        return Part(vertices, faces, None, np.ones(3), 0)
+        return Part.of(vertices, faces, None, np.ones(3), 0)
     image = getattr(material, "image", None)
     # the name as an MTL gives it; a PLY has at most one image
     name = str(image.info.get("file_path", "")) if image is not None else ""
@@ -117,11 +123,11 @@ def _part(source: MeshSource, mesh: Any, images: dict[str, NDArray[np.uint8]], t
         name = source.images[-1]
     color = _diffuse(source.path, material)
     uvs = None if visual.uv is None else np.asarray(visual.uv, np.float64)
-    if name not in images or uvs is None or len(uvs) != len(vertices):
-        return Part(vertices, faces, None, color, 0)
+    if name not in images or uvs is None or uvs.ndim != 2 or len(uvs) != len(vertices) or uvs.shape[1] < 2:
+        return Part.of(vertices, faces, None, color, 0)
     if not color.any():
         color = np.ones(3)  # exporters write a black Kd where the image says it all
-    return Part(vertices, faces, np.stack([uvs[:, 0], 1.0 - uvs[:, 1]], axis=1), color, textures.add(images[name]))
+    return Part.of(vertices, faces, np.stack([uvs[:, 0], 1.0 - uvs[:, 1]], axis=1), color, textures.add(images[name]))
 
 
 def _diffuse(path: Path, material: Any) -> NDArray[np.float64]:

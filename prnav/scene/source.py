@@ -6,6 +6,7 @@ import base64
 import binascii
 import hashlib
 import json
+import stat
 import urllib.parse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -100,8 +101,10 @@ def decode_data_uri(path: Path, uri: str) -> bytes:
         raise SceneError(f"scene {path}: data URI {uri[:40]!r}... cannot be decoded ({error}); export again") from error
 
 
-def split_glb(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
+def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:
     """JSON and binary chunk (None where there is none) of a GLB, every length checked against the bytes there are.
+
+    Views into ``data``, not copies.
 
     Raises:
         SceneError: not a GLB of version 2, or cut off.
@@ -117,24 +120,24 @@ def split_glb(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
         raise SceneError(f"scene {path}: GLB version {version} is not known; export it as glTF 2.0")
     if length > len(data):
         raise SceneError(f"scene {path}: its header promises {length} bytes, it has {len(data)}: cut off; {_AGAIN}")
-    chunks: dict[bytes, bytes] = {}
+    chunks: dict[bytes, memoryview] = {}
     start = 12
     while start + 8 <= length:
         size, kind = int.from_bytes(data[start : start + 4], "little"), data[start + 4 : start + 8]
         if start + 8 + size > length:
             left = length - start - 8
             raise SceneError(f"scene {path}: chunk {kind!r} promises {size} bytes where {left} are left; {_AGAIN}")
-        chunks.setdefault(kind, data[start + 8 : start + 8 + size])
+        chunks.setdefault(kind, memoryview(data)[start + 8 : start + 8 + size])
         start += 8 + size
     if b"JSON" not in chunks:
         raise SceneError(f"scene {path}: the GLB has no JSON chunk; export it again")
     return chunks[b"JSON"], chunks.get(b"BIN\0")
 
 
-def parse_json(path: Path, text: bytes) -> dict:
+def parse_json(path: Path, text: bytes | memoryview) -> dict:
     """The top-level object of a glTF."""
     try:
-        document = json.loads(text.decode("utf-8-sig"))
+        document = json.loads(bytes(text).decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         reason = str(error).split("\n")[0]
         raise SceneError(f"scene {path}: its glTF JSON cannot be read ({reason}); {_AGAIN}") from error
@@ -152,6 +155,8 @@ def _kinds() -> str:
 
 def _read(path: Path, owner: Path) -> bytes | None:
     try:
+        if not stat.S_ISREG(mode := path.stat().st_mode) and not stat.S_ISDIR(mode):
+            raise OSError(None, "it is a device or a pipe")
         return path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
         return None
@@ -168,7 +173,7 @@ def _relative(path: Path, name: str) -> str:
 
 
 def _gltf_names(path: Path, data: bytes, read: Callable[[str], bytes | None]) -> Iterator[tuple[str, bool]]:
-    text = split_glb(path, data)[0] if path.suffix.lower() == ".glb" else data
+    text: bytes | memoryview = split_glb(path, data)[0] if path.suffix.lower() == ".glb" else data
     document = parse_json(path, text)
     for kind in ("buffers", "images"):
         items = document.get(kind, [])

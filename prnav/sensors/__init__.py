@@ -15,6 +15,7 @@ from prnav.sensors.design import (
 from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
 from prnav.sensors.gps_compass import compass, gps, pointgoal
 from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
+from prnav.sensors.readout import Readout, read_out
 
 __all__ = [
     "AXES",
@@ -26,6 +27,7 @@ __all__ = [
     "DesignSpace",
     "PhotoreceptorConfig",
     "Photoreceptors",
+    "Readout",
     "check_poses",
     "compass",
     "design_to_toml",
@@ -35,6 +37,7 @@ __all__ = [
     "pointgoal",
     "pose_to_theta",
     "random_design",
+    "read_out",
     "save_design",
     "theta_to_pose",
 ]

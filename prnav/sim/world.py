@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from prnav.navmesh import NavMesh, NavMeshSet, NavMeshSettings, load_navmesh
-from prnav.scene import SceneMesh, load_scene, resolve_scene
+from prnav.navmesh import NavMesh, NavMeshSet, NavMeshSettings, load_navmesh, scene_navmesh
+from prnav.scene import SceneMesh, load_scene, open_scene_set, resolve_scene
+from prnav.scene.library import is_built_in
+from prnav.scene.texture_budget import TextureLimits
 
 Progress = Callable[[int, int, str], None]
 """Called with the number of scenes done, of all scenes, and the id of the next one."""
@@ -21,6 +23,8 @@ class World:
     scene_ids: tuple[str, ...]
     scenes: tuple[SceneMesh, ...]
     navmeshes: tuple[NavMesh, ...]
+    navmesh_origins: tuple[str, ...] = ()
+    """Where each navmesh is from: "built", or "file NAME"."""
 
     @cached_property
     def navmesh_set(self) -> NavMeshSet:
@@ -41,20 +45,43 @@ def load_world(
     up: str = "y",
     settings: NavMeshSettings = NavMeshSettings(),  # noqa: B008 (frozen)
     progress: Progress | None = None,
+    data: str | None = None,
+    navmesh_files: bool = True,
+    limits: TextureLimits = TextureLimits(),  # noqa: B008 (frozen)
 ) -> World:
     """Load scenes (built-in ids, or files that :func:`prnav.scene.resolve_scene` finds) and their navmeshes.
+
+    Args:
+        scene_ids: which ones.
+        data_root: folder under which they are.
+        scene_files: mesh files that ids may mean.
+        up: up axis of mesh files.
+        settings: of navmeshes that are built.
+        progress: called before each scene.
+        data: the data set under ``data_root`` that the scenes belong to; it knows their frames and navmeshes.
+        navmesh_files: whether the navmeshes of a data set count; False builds them anew.
+        limits: of the textures of files.
 
     Raises:
         SceneError: a scene is missing or broken.
         NavMeshError: a scene has no floor to walk on.
     """
-    scenes, navmeshes = [], []
+    scenes, navmeshes, origins = [], [], []
+    scene_set = None if data is None else open_scene_set(data, data_root if data_root is not None else Path())
     for done, scene_id in enumerate(scene_ids):
         if progress is not None:
             progress(done, len(scene_ids), scene_id)
-        scene = load_scene(resolve_scene(scene_id, data_root, scene_files), up=up)
+        if scene_set is None or is_built_in(scene_id):
+            found = resolve_scene(scene_id, data_root, scene_files)
+            scene = load_scene(found, up, limits.max_texture_size, limits.texture_budget)
+            navmesh, origin = load_navmesh(scene, settings), "built"
+        else:
+            place = scene_set.scene(scene_id)
+            scene = load_scene(place, up, limits.max_texture_size, limits.texture_budget)
+            navmesh, origin = scene_navmesh(place, scene, settings, navmesh_files)
         scenes.append(scene)
-        navmeshes.append(load_navmesh(scene, settings))
+        navmeshes.append(navmesh)
+        origins.append(origin)
     if progress is not None:
         progress(len(scene_ids), len(scene_ids), "")
-    return World(tuple(scene_ids), tuple(scenes), tuple(navmeshes))
+    return World(tuple(scene_ids), tuple(scenes), tuple(navmeshes), tuple(origins))

@@ -22,7 +22,8 @@ class TrainConfig:
 
     name: str = "run"
     """Run directory under ``runs/`` where none is given."""
-    task: Literal["pointgoal"] = "pointgoal"
+    task: Literal["pointgoal", "targetnav"] = "pointgoal"
+    """What is learnt; ``env`` must be of the same task."""
     seed: int = 0
     """Seed of weights, actions and episode order."""
     total_steps: int = 1_000_000
@@ -60,6 +61,11 @@ class TrainConfig:
         for name in (*positive, "window"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.task != self.env.task_name:
+            raise ValueError(
+                f"task is {self.task!r} and env is for {self.env.task_name!r}; targetnav needs a table [env.targetnav] "
+                f"(it may be empty), pointgoal must not have one"
+            )
         for name in ("seed", "threads", "validate_steps"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")

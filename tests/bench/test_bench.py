@@ -3,7 +3,7 @@ import pytest
 
 from prnav.bench import table
 from prnav.bench.navmesh import _connected_pairs, _PortalGraphs
-from prnav.errors import ConfigError
+from prnav.errors import ConfigError, RenderError
 from prnav.navmesh import load_navmesh
 from prnav.scene import load_scene
 
@@ -32,6 +32,13 @@ def test_unknown_benchmarks_are_named():
     with pytest.raises(ConfigError, match="benchmark 'speed' is not known; valid: navmesh"):
         table.measure("speed")
     assert {"navmesh", "sim"} <= set(table.available())
+
+
+def test_a_device_is_for_benchmarks_that_have_one():
+    with pytest.raises(ConfigError, match="benchmark 'navmesh' runs on the CPU; leave --device out"):
+        table.measure("navmesh", device="cuda")
+    with pytest.raises(RenderError, match="device 'cuda:99' is not on this machine"):
+        table.measure("render", device="cuda:99")
 
 
 def test_both_graphs_give_one_length_never_below_the_exact_one():

@@ -1,10 +1,14 @@
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 
 import prnav
 from prnav.cli import eval as command
 from prnav.cli.report import main as report
+from prnav.env import EnvConfig
+from prnav.tasks import TargetNavConfig
 
 
 def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
@@ -30,6 +34,13 @@ def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
     ("arguments", "message"),
     [
         (["--run", "nothing"], "run nothing: there is no such folder; give one that prnav-train made (--run DIR)"),
+        (["--split", "val"], "nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)"),
+        (["--agent", "random", "--target", "invisible"], "--target is for TargetNav; add --task targetnav"),
+        (
+            ["--agent", "goal-follower", "--task", "targetnav", "--split", "val", "--episodes", "1"],
+            "agent 'goal-follower' needs a goal, and targetnav shows none; valid there: shortest-path, random, forward",
+        ),
+        (["--verify", "no.json"], "no.json: cannot be read"),
         (["--agent", "random", "--split", "tset"], "tset"),
         (["--agent", "random", "--scene", "house.glb"], "give --episodes-file too"),
         (["--agent", "random", "--episodes-file", "none.json.gz"], "none.json.gz"),
@@ -47,9 +58,39 @@ def test_mistakes_end_in_one_line(arguments, message, tmp_path, capsys, monkeypa
 
 
 def test_folders_are_named_for_what_was_asked():
-    def folder(*arguments):
-        return str(command._directory(command.parser().parse_args(arguments), "test"))
+    def folder(actions, *arguments, several=False, rules=None):
+        options = command.parser().parse_args(arguments)
+        entry = command.Entry("random", Path("runs/a"), actions)
+        name = command._folder_name(entry, options, EnvConfig(targetnav=rules), "test")
+        return str(command._directory(entry, options, name, several))
 
-    assert folder("--agent", "random") == "runs/random/eval/test"
-    assert folder("--run", "runs/a", "--episodes", "9") == "runs/a/eval/test-sampled-9"
-    assert folder("--run", "runs/a", "--actions", "sampled", "--seed", "3") == "runs/a/eval/test-sampled-seed3"
+    assert folder(None) == "runs/a/eval/test"
+    assert folder("sampled", "--episodes", "9") == "runs/a/eval/test-sampled-9"
+    assert folder("greedy", "--seed", "3") == "runs/a/eval/test-greedy-seed3"
+    assert folder("sampled", rules=TargetNavConfig(visible=False)) == "runs/a/eval/test-sampled-invisible"
+    assert folder(None, rules=TargetNavConfig()) == "runs/a/eval/targetnav-test"
+    assert folder("greedy", "--out", "x") == "x"
+    assert folder("greedy", "--out", "x", several=True) == "x/a-test-greedy"
+
+
+def test_several_agents_are_compared_and_results_verified(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = ["--agent", "blind", "--agent", "random", "--task", "targetnav", "--split", "val", "--episodes", "3"]
+    assert command.main([*asked, "--json", "out.json", "--submit"]) == 0
+    printed = capsys.readouterr().out
+    assert "difference to blind, paired by episode" in printed
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert (told["agent"], told["task"], told["target"], told["sliding"]) == ("blind", "targetnav", "visible", True)
+    assert told["body"] == {"radius": 0.1, "height": 1.5}
+    assert [head["agent"] for head in told["evaluations"]] == ["blind", "random"]
+    (difference,) = told["differences"]
+    gap = told["evaluations"][1]["measures"]["spl"]["mean"] - told["measures"]["spl"]["mean"]
+    assert difference["measures"]["spl"]["mean"] == pytest.approx(gap)
+    result = tmp_path / "runs" / "blind" / "eval" / "targetnav-val-3" / "submission.json"
+    assert command.main(["--verify", str(result)]) == 0
+    assert "every measure follows from the records" in capsys.readouterr().out
+    elsewhere = tmp_path / "mail.json"
+    shutil.copy(result, elsewhere)
+    assert command.main(["--verify", str(elsewhere), "--records", str(result.parent)]) == 0
+    assert command.main(["--verify", str(elsewhere)]) == 2
+    assert "evaluation.json: cannot be read" in capsys.readouterr().err

@@ -6,7 +6,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.env import PointGoalNavEnv, PointGoalNavVectorEnv, PointGoalSlots
+from prnav.env import NavigationSlots, PointGoalNavEnv, PointGoalNavVectorEnv
 from prnav.env.episode_source import deal
 from prnav.errors import ConfigError, DesignError, EpisodeError
 from prnav.tasks import PointGoalConfig
@@ -107,7 +107,7 @@ def test_designs_change_at_the_next_episode_only(config, source):
 
 
 def test_a_bad_design_is_refused(config, source):
-    slots = PointGoalSlots(source, 1, config)
+    slots = NavigationSlots(source, 1, config)
     with pytest.raises(DesignError, match="not finite"):
         slots.set_theta([0], np.full((1, slots.num_sensors, 7), np.nan))
     with pytest.raises(DesignError, match=r"it must be \(1, "):
@@ -121,7 +121,7 @@ def test_an_unreachable_goal_is_named(config, source):
         source, table=dataclasses.replace(source.table, goal_position=source.goals + [0.0, 500.0, 0.0])
     )
     with pytest.raises(EpisodeError, match="its goal cannot be reached from its start"):
-        PointGoalSlots(lost, 1, config).begin([0], [0])
+        NavigationSlots(lost, 1, config).begin([0], [0])
 
 
 def test_the_oracle_arrives_on_a_nearly_shortest_path(config, source):

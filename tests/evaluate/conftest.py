@@ -40,9 +40,9 @@ class PlaneSlots:
         self.steps[slots] = self.hits[slots] = 0
         self.stopped[slots] = False
 
-    def observe(self):
-        offsets = self.goals[self.episode] - self.positions
-        bearing = wrap_angle(yaw_towards(offsets) - self.yaws)
+    def observe(self, slots):
+        offsets = self.goals[self.episode[slots]] - self.positions[slots]
+        bearing = wrap_angle(yaw_towards(offsets) - self.yaws[slots])
         return {"pointgoal": np.stack([np.linalg.norm(offsets, axis=1), bearing], axis=1).astype(np.float32)}
 
     def advance(self, actions):

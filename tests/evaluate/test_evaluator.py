@@ -13,7 +13,6 @@ from prnav.evaluate.agents import (
     GoalFollowerAgent,
     RandomAgent,
     Turn,
-    reference_agent,
 )
 from prnav.evaluate.evaluator import play_episodes
 from prnav.evaluate.records import (
@@ -22,6 +21,7 @@ from prnav.evaluate.records import (
     load_evaluation,
     load_trajectories,
 )
+from prnav.evaluate.references import reference_agent
 
 HEADER = {"agent": "random", "actions": "sampled", "seed": 3, "split": "plane"}
 
@@ -61,7 +61,7 @@ def test_reference_agents_do_what_their_papers_say():
     assert drawn[-1] == STOP
     assert set(drawn[:-1].tolist()) == {FORWARD, LEFT, RIGHT}
     np.testing.assert_allclose(np.bincount(drawn[:-1])[1:] / 3000, 1 / 3, atol=0.04)
-    oracle = reference_agent("shortest-path", lambda: np.array([2]), 0.2)
+    oracle = reference_agent("shortest-path", lambda: np.array([2]))
     assert oracle.act(turn([ahead])).tolist() == [2]
 
 

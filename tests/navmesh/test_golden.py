@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from prnav.frames import forward, quaternion_to_yaw
 from prnav.navmesh import GoalFields, NavMesh, NavMeshSet
 
 GOLDEN = os.environ.get("PRNAV_GOLDEN")
@@ -91,11 +92,25 @@ def test_short_steps(scene, sliding):
     origins = navmesh.snap(starts)
     on_floor = np.linalg.norm(origins - starts, axis=1) < 1e-3
     assert navmesh.is_navigable(got[on_floor]).all()
-    if sliding:  # where Habitat's own move stays on the floor, ours gets as near to the end as it does
-        reached, _ = navmesh.step(origins, want, sliding=False)
-        legal = np.hypot(*(reached - want)[:, [0, 2]].T) < 1e-4
-        farther = np.hypot(*(got - ends)[:, [0, 2]].T) - np.hypot(*(want - ends)[:, [0, 2]].T)
-        assert farther[short & legal].max() < 0.01
+    if not sliding:
+        return
+    # Habitat's local search may reach round a corner. Where that leaves us farther from the wanted end than it, no
+    # point of the floor within a straight line's reach is nearer than ours: held against 20,000 points tried
+    ground = [0, 2]
+    ours, theirs = (np.linalg.norm((x - ends)[:, ground], axis=1) for x in (got, want))
+    reached, _ = navmesh.step(origins, want, sliding=False)
+    legal = np.linalg.norm((reached - want)[:, ground], axis=1) < 1e-4
+    farther = short & (ours > theirs + 0.01)
+    assert not (farther & legal).any() and farther.sum() < 0.02 * short.sum()
+    for i in np.flatnonzero(farther):
+        rng = np.random.default_rng(int(i))
+        angle, radius = rng.uniform(0, 2 * np.pi, 20_000), ours[i] * np.sqrt(rng.random(20_000))
+        tried = ends[i] + np.stack([radius * np.cos(angle), np.zeros(20_000), radius * np.sin(angle)], axis=1)
+        tried[:, 1] = origins[i, 1]
+        tried = tried[np.linalg.norm((navmesh.snap(tried) - tried)[:, ground], axis=1) < 1e-6]
+        stopped, _ = navmesh.step(np.broadcast_to(origins[i], tried.shape), tried, sliding=False)
+        tried = tried[np.linalg.norm((stopped - tried)[:, ground], axis=1) < 3e-4]
+        assert (np.linalg.norm((tried - ends[i])[:, ground], axis=1) > ours[i] - 2e-3).all()
 
 
 def test_geodesics_are_never_longer_than_habitats(scene):
@@ -130,8 +145,29 @@ def test_pairs_off_the_floor(scene):
     rows = golden["geodesic_offmesh"]
     got, want = navmesh.distances(column(rows, "start"), column(rows, "end")), numbers(rows, "geodesic_distance")
     assert np.array_equal(np.isfinite(got), np.isfinite(want))
-    # ends high above the floor: a longer first leg hides their height better, so Habitat's way may be "shorter"
-    assert (got[np.isfinite(want)] < want[np.isfinite(want)] + 1e-3).mean() >= 0.97
+    # the way is the shortest over the floor; where an end hangs in the air, a longer first leg would hide more of its
+    # height, so that a way longer over the floor can be shorter in space: so far only ends above the body's knees
+    for i in np.flatnonzero(got > want + 1e-3):
+        a, b, path = rows[i]["start"], rows[i]["end"], np.array(rows[i]["points"])
+        ours = navmesh.path(a, b)
+        ground = [np.linalg.norm(np.diff(way[:, [0, 2]], axis=0), axis=1).sum() for way in (ours, path)]
+        assert ground[0] <= ground[1] + 1e-5
+        assert max(abs(navmesh.snap(p)[0, 1] - p[1]) for p in (a, b)) > 0.5
+    assert (got > want + 1e-3).sum() <= 2
+
+
+def test_the_triangle_inequality_holds_over_the_ground_and_nearly_in_space(scene):
+    """Turning points are chosen over the ground, so a slope that a way over a third point avoids costs some length."""
+    navmesh, _ = load(scene)
+    areas = [island.area for island in navmesh.islands]
+    points = navmesh.random_points(1500, 0)
+    points = points[navmesh.island_of(points) == np.argmax(areas)][:100]
+    table = np.array([navmesh.distances(points, p) for p in points])
+    excess = np.array([table - (table[:, [k]] + table[[k]]) for k in range(len(points))])
+    if np.ptp(points[:, 1]) < 1e-6:
+        assert excess.max() < 2e-6
+    assert excess.max() < 0.12 and (excess > 0.02 * table).sum() == 0
+    assert (excess > 1e-6).mean() < 1e-3
 
 
 def test_topdown_map(scene):
@@ -151,10 +187,10 @@ def test_points_on_and_beside_corners_and_edges_keep_the_laws(scene):
     navmesh, _ = load(scene)
     rng = np.random.default_rng(0)
     s = navmesh.surface
-    a = rng.permutation(len(s.corner))[:20]
+    a = rng.permutation(len(s.corner))[:12]
     begin, edge = s.corner[a], s.corner[s.following[a]] - s.corner[a]
-    parts = [begin, begin + 0.5 * edge, begin + rng.random((20, 1)) * edge]
-    parts += [begin + rng.normal(size=(20, 3)) * size for size in (1e-9, 1e-7, 1e-6, 1e-5)]
+    parts = [begin, begin + 0.5 * edge, begin + rng.random((12, 1)) * edge]
+    parts += [begin + rng.normal(size=(12, 3)) * size for size in (1e-9, 1e-7, 1e-6, 1e-5)]
     points = navmesh.snap(np.concatenate([*parts, navmesh.random_points(10, 0)]))
     count = len(points)
     table = np.array([navmesh.distances(points, p) for p in points])
@@ -167,7 +203,48 @@ def test_points_on_and_beside_corners_and_edges_keep_the_laws(scene):
     assert np.array_equal(table, table.T)
     assert np.abs(table[same] - field[same]).max() < 2e-6
     ground = np.full((count, count), np.inf)
-    for i, j in zip(*np.nonzero(same), strict=True):
-        ground[i, j] = np.linalg.norm(np.diff(navmesh.path(points[i], points[j])[:, [0, 2]], axis=0), axis=1).sum()
+    for i, j in zip(*np.nonzero(np.tril(same)), strict=True):
+        ground[i, j] = ground[j, i] = np.linalg.norm(
+            np.diff(navmesh.path(points[i], points[j])[:, [0, 2]], axis=0), axis=1
+        ).sum()
     through = np.min([ground[:, [k]] + ground[[k]] for k in range(count)], axis=0)
     assert (ground[same] - through[same]).max() < 2e-6
+
+
+def test_the_nearest_of_several_goals(scene):
+    navmesh, golden = load(scene)
+    for row in golden["multi_goal"]:
+        want = np.inf if row["geodesic_distance"] is None else row["geodesic_distance"]
+        got = navmesh.distances(row["start"], row["ends"])  # one to many
+        assert np.isfinite(got.min()) == np.isfinite(want)
+        assert np.isinf(want) or got.min() < want + 1e-5
+
+
+@cache
+def van_gogh():
+    if not (root := os.environ.get("PRNAV_REAL_DATA")):
+        pytest.skip("set PRNAV_REAL_DATA to the folder of real inputs")
+    return NavMesh.load(Path(root) / "navmesh" / "van-gogh-room.navmesh")
+
+
+def test_habitat_labs_own_geodesics_on_a_version_1_file():
+    navmesh = van_gogh()
+    rows = json.loads((Path(GOLDEN) / "test-sim-geodesic-distance-test-golden.json").read_text())
+    for row in rows["single_end"]:
+        assert navmesh.distance(row["start"], row["end"]) == pytest.approx(row["expected"], abs=1e-6)
+    for row in rows["multi_end"]:
+        assert navmesh.distances(row["start"], row["ends"]).min() == pytest.approx(row["expected"], abs=1e-6)
+
+
+def test_habitat_labs_own_trajectory_and_map():
+    navmesh = van_gogh()
+    record = json.loads((Path(GOLDEN) / "habitat-sim_trajectory_data.json").read_text())
+    positions, yaws = np.array(record["positions"]), quaternion_to_yaw(np.array(record["rotations"]))
+    ahead = np.array(record["actions"][:-1]) == "move_forward"
+    got, _ = navmesh.step(positions[:-1], positions[:-1] + 0.25 * forward(yaws[:-1]))
+    assert ahead.sum() > 40 and np.abs(got - positions[1:])[ahead].max() < 1e-6
+    obstacles = np.array([np.nan if d is None else d for d in record["distances_to_obstacles"]])
+    known = np.isfinite(obstacles)
+    assert np.abs(navmesh.clearance(positions) - obstacles)[known].max() < 1e-6
+    picture = np.load(Path(GOLDEN) / "van-gogh-room_topdown_binary.npy")
+    assert np.array_equal(navmesh.topdown(positions[0, 1], 0.1), picture)

@@ -1,8 +1,13 @@
 """Small scenes for the render tests, and the recorded views."""
 
+import functools
+import importlib.util
+
 import numpy as np
 import pytest
 
+from prnav.render import Renderer
+from prnav.render.gpu import load_warp
 from prnav.scene import SceneMesh, TextureAtlas, load_scene
 
 
@@ -42,6 +47,25 @@ def make_scene(seed, triangles=60, ceiling=False):
         face_texture.astype(np.int32),
         TextureAtlas.from_images(images),
     )
+
+
+CASTERS = [
+    pytest.param(("embree", "cpu"), id="embree"),
+    pytest.param(("warp", "cpu"), id="warp"),
+    pytest.param(("warp", "cuda"), id="warp-cuda", marks=pytest.mark.gpu),
+]
+"""The engines that cast rays fast, each on its devices."""
+
+
+@pytest.fixture(scope="session", params=CASTERS)
+def caster(request):
+    """Makes renderers of one engine on one device."""
+    engine, device = request.param
+    if engine == "warp" and importlib.util.find_spec("warp") is None:
+        pytest.skip('the package warp-lang is missing; pip install "prnav[gpu]" to run this')
+    if device == "cuda" and not load_warp("cpu")[0].is_cuda_available():
+        pytest.skip("no CUDA device; run on a machine with one: pytest -m gpu tests/render")
+    return functools.partial(Renderer, engine=engine, device=device)
 
 
 @pytest.fixture(scope="session")

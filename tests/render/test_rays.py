@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from prnav.errors import RenderError
-from prnav.render.rays import patch_offsets, patch_rays, rays_per_side, sensor_views, view_rays
+from prnav.render.rays import patch_rays, rays_per_side, sensor_views, view_rays
+from prnav.render.sampling import Sampling, acceptance_weights, patch_offsets
 
 FORWARD = np.array([0.0, 1.2, -0.1, 0.0, 0.0, 0.0, np.pi / 2])
 
@@ -115,3 +116,24 @@ def test_pose_errors_say_what_is_wrong():
     for fov in (0.0, -1.0, np.pi):
         with pytest.raises(RenderError, match="it must lie between 0 and pi"):
             sensor_views(*one(fov=fov))
+
+
+@pytest.mark.parametrize("pattern", ["grid", "lattice"])
+def test_acceptance_profiles(pattern):
+    for side in (1, 2, 5, 16):
+        for name in ("uniform", "cosine", "gaussian"):
+            weights = acceptance_weights(side, pattern, name)
+            assert weights.mean() == pytest.approx(1.0) and weights.min() > 0.0
+    assert set(acceptance_weights(4, pattern, "uniform")) == {1.0}
+    x, y = 2.0 * patch_offsets(64, "grid").T - 1.0
+    cosine, gaussian = (acceptance_weights(64, "grid", name) for name in ("cosine", "gaussian"))
+    np.testing.assert_allclose(cosine * (2 / np.pi) ** 2, np.cos(np.pi * x / 2) * np.cos(np.pi * y / 2), atol=1e-3)
+    centre, side = np.argmin(x**2 + y**2), np.argmin((x - 1) ** 2 + y**2)
+    assert gaussian[side] / gaussian[centre] == pytest.approx(0.5, rel=0.03)
+
+
+def test_sampling_names_what_it_does_not_know():
+    with pytest.raises(RenderError, match="pattern 'poisson' is not known; valid: grid, lattice"):
+        Sampling(2, "poisson")
+    with pytest.raises(RenderError, match="acceptance 'box' is not known; valid: uniform, cosine, gaussian"):
+        Sampling(2, "grid", "box")

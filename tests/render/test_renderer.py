@@ -8,22 +8,22 @@ from prnav.errors import RenderError
 from prnav.render import Renderer
 
 
-def test_background_is_what_a_miss_reads(room):
+def test_background_is_what_a_miss_reads(caster, room):
     up = np.array([[[0, 1.2, -0.1, 0, np.pi / 2, 0, 0.3]]])
     pose = (np.array([0]), np.array([[0.0, 5.0, 0.0]]), np.zeros(1), up)
-    renderer = Renderer([room], background=(0.25, 0.5, 1.0))
+    renderer = caster([room], background=(0.25, 0.5, 1.0))
     np.testing.assert_allclose(renderer.read(*pose), np.broadcast_to([0.25, 0.5, 1.0], (1, 1, 4, 4, 3)), atol=1e-6)
     assert np.isinf(renderer.depth(*pose, size=4)).all()
 
 
-def test_no_agents_give_empty_readings(room):
+def test_no_agents_give_empty_readings(caster, room):
     empty = (np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 2, 7)))
-    assert Renderer([room]).read(*empty, grid=8).shape == (0, 2, 8, 8, 3)
-    assert Renderer([room]).image(*empty, size=16).shape == (0, 2, 16, 16, 3)
-    assert Renderer([room]).depth(*empty, size=16).shape == (0, 2, 16, 16)
+    assert caster([room]).read(*empty, grid=8).shape == (0, 2, 8, 8, 3)
+    assert caster([room]).image(*empty, size=16).shape == (0, 2, 16, 16, 3)
+    assert caster([room]).depth(*empty, size=16).shape == (0, 2, 16, 16)
 
 
-def test_scenes_are_prepared_when_first_seen(room):
+def test_scenes_are_prepared_when_first_seen(caster, room):
     class Counting(list):
         used = 0
 
@@ -32,7 +32,7 @@ def test_scenes_are_prepared_when_first_seen(room):
             return super().__getitem__(index)
 
     scenes = Counting([room, room, room])
-    renderer = Renderer(scenes)
+    renderer = caster(scenes)
     assert scenes.used == 0
     design = np.array([[[0, 1.2, -0.1, 0, 0, 0, 1.0]]])
     for _ in range(2):
@@ -43,9 +43,11 @@ def test_scenes_are_prepared_when_first_seen(room):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"device": "cuda"}, "comes with Warp in a later release"),
-        ({"device": "tpu"}, "device 'tpu' is not known"),
-        ({"engine": "optix"}, "engine 'optix' is not known; valid: auto, embree, reference, egl, osmesa"),
+        ({"device": "tpu"}, 'device \'tpu\' is not known; valid: "cpu", "cuda", "cuda:N"'),
+        ({"device": "cuda:x"}, "device 'cuda:x' is not known"),
+        ({"device": "cuda", "engine": "embree"}, "'embree' does not run on device 'cuda'; use engine \"warp\""),
+        ({"engine": "optix"}, "engine 'optix' is not known; valid: auto, embree, warp, reference, egl, osmesa"),
+        ({"memory_gb": 0.0}, "memory_gb is 0.0; it must be a positive number of gigabytes"),
         ({"rays_per_receptor": 5}, "rays_per_receptor is 5; it must be a square"),
         ({"background": (0, 0, 255)}, "it must be red, green, blue from 0 to 1"),
         ({"pattern": "poisson"}, "pattern 'poisson' is not known; valid: grid, lattice"),
@@ -72,6 +74,6 @@ def test_requests_are_checked(room):
 
 
 def test_importing_the_room_compiles_and_loads_nothing():
-    heavy = ("numba", "embreex", "torch", "OpenGL")
+    heavy = ("numba", "embreex", "torch", "OpenGL", "warp")
     code = f"import sys, prnav.render, prnav.sensors; print([m for m in {heavy} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"

@@ -18,9 +18,9 @@ def spheres():
     return balls
 
 
-def test_spheres_are_those_of_brute_force(rooms, batch, spheres):
+def test_spheres_are_those_of_brute_force(caster, rooms, batch, spheres):
     options = {"rays_per_receptor": 4, "sphere_color": (0.9, 0.1, 0.2)}
-    fast, slow = Renderer(rooms, **options), Renderer(rooms, engine="reference", **options)
+    fast, slow = caster(rooms, **options), Renderer(rooms, engine="reference", **options)
     error = np.abs(fast.read(*batch, spheres=spheres) - slow.read(*batch, spheres=spheres)) * 255
     assert error.mean() <= 0.2
     assert (error < 0.01).mean() > 0.99
@@ -30,7 +30,7 @@ def test_spheres_are_those_of_brute_force(rooms, batch, spheres):
     assert seen.any() and not seen[::4].any()  # a radius of 0 is no sphere
 
 
-def test_the_share_of_a_patch_is_the_discs(room):
+def test_the_share_of_a_patch_is_the_discs(caster, room):
     from prnav.scene import SceneMesh, TextureAtlas
 
     wall = np.array([[-90, -90, -20], [90, -90, -20], [0, 120, -20]], np.float32)
@@ -44,7 +44,7 @@ def test_the_share_of_a_patch_is_the_discs(room):
         TextureAtlas.from_images([]),
     )
     ball = np.array([[0.0, 1.0, -4.0, 0.5]])
-    renderer = Renderer([scene], rays_per_receptor=10000)
+    renderer = caster([scene], rays_per_receptor=10000)
     reading = renderer.read(*HERE, grid=1, spheres=ball)[0, 0, 0, 0]
     disc = np.tan(np.arcsin(0.5 / 4.0))  # radius on the image plane
     np.testing.assert_allclose(reading, [0.0, np.pi * disc**2 / (2 * np.tan(np.radians(30))) ** 2, 0.0], rtol=1e-2)

@@ -11,10 +11,10 @@ from prnav.evaluate.records import RecordWriter
 from prnav.evaluate.summary import summarise
 
 
-def write_evaluation(directory, agent, actions="greedy", episodes=9):
+def write_evaluation(directory, agent, actions="greedy", episodes=9, floors=(0.0,), starts=False, **header):
     generator = np.random.default_rng(len(agent))
     order = [("home/<1>", str(i)) for i in range(episodes)]
-    with RecordWriter(directory, {"agent": agent, "actions": actions, "split": "test"}) as writer:
+    with RecordWriter(directory, {"agent": agent, "actions": actions, "split": "test", **header}) as writer:
         for i, (scene, episode) in enumerate(order):
             steps = 10 + i
             turns = np.cumsum(generator.normal(0, 0.5, steps))
@@ -35,9 +35,12 @@ def write_evaluation(directory, agent, actions="greedy", episodes=9):
                 "geodesic_distance": 5.0,
                 "goal": [2.0, 0.0, 2.0],
             }
+            if starts:
+                row |= {"start": [0.0, 0.0, 0.1 * i], "geodesic_distance": 3.0 + i}
             writer.add(Played(i, row, trajectory))
         measures = {key: vars(value) for key, value in summarise(writer.all_rows(order), resamples=50).items()}
-        save_maps(directory, [FloorMap("home/<1>", 0.0, (-3.0, -3.0), 0.1, np.ones((60, 80), bool))])
+        plan = np.ones((60, 80), bool)
+        save_maps(directory, [FloorMap("home/<1>", height, (-3.0, -3.0), 0.1, plan) for height in floors])
         return writer.finish(order, {"measures": measures})
 
 

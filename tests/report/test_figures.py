@@ -2,11 +2,14 @@ import numpy as np
 import pytest
 
 from prnav.evaluate.maps import load_maps
+from prnav.evaluate.picks import pick_episodes, pick_pairs
 from prnav.evaluate.records import load_evaluation, load_trajectories
+from prnav.report.breakdown import bin_edges, draw_breakdown, means_by_bin
 from prnav.report.curves import draw_curves, series, smooth
 from prnav.report.designs import REACH, Sight, draw_design, frusta
+from prnav.report.sights import draw_sight, sensors_side_by_side
 from prnav.report.style import save_png
-from prnav.report.topdown import draw_episodes, draw_house, pick_episodes
+from prnav.report.topdown import draw_episodes, draw_house, draw_pairs
 from prnav.sensors import load_design
 
 
@@ -87,3 +90,74 @@ def test_designs_are_drawn_with_and_without_what_they_see():
     image = pixels(draw_design(design, sight, "nowhere"))
     green = (image[..., 1] > 240) & (image[..., 0] < 10) & (image[..., 2] < 10)
     assert green.sum() > 4 * 100 * 100
+
+
+def test_pairs_are_where_two_differ_most():
+    one = [{"spl": value} for value in (0.1, 0.9, 0.5, 0.4)]
+    two = [{"spl": value} for value in (0.8, 0.2, 0.5, 0.4)]
+    picks = pick_pairs(one, two)
+    assert (picks["first"], picks["second"]) == (1, 0)
+    assert picks["random"] in (2, 3)
+    assert pick_pairs(one[:1], two[:1]) == {"random": 0}
+
+
+def test_an_episode_is_drawn_on_every_floor_it_touches(run, make_evaluation, tmp_path):
+    evaluation = make_evaluation(tmp_path / "two", "climber", floors=(0.0, 3.0))
+    trajectories, maps = load_trajectories(evaluation), load_maps(evaluation.directory)
+    flat = draw_episodes(evaluation, trajectories, maps)
+    count = sum(bool(axes.get_title(loc="left")) for axes in flat.axes)
+    trajectories[0].positions[5:, 1] = 3.0
+    for row in evaluation.rows:
+        row["spl"] = 1.0
+    evaluation.rows[0]["spl"] = 0.0  # the worst is always shown
+    figure = draw_episodes(evaluation, trajectories, maps)
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert sum(bool(title) for title in titles) == count + 1
+    assert any("floor at 3.0 m" in title for title in titles)
+
+
+def test_two_evaluations_stand_side_by_side(run, make_evaluation, tmp_path):
+    other = make_evaluation(tmp_path / "other", "random", "sampled")
+    one = load_evaluation(run / "eval" / "test-greedy")
+    tracks = load_trajectories(one), load_trajectories(other)
+    figure = draw_pairs((one, other), tracks, load_maps(one.directory), ("left", "right"))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert [title.split("\n")[0] for title in titles] == ["left", "right"] * (len(titles) // 2)
+
+
+def test_groups_of_episodes_have_the_means_of_their_members():
+    generator = np.random.default_rng(0)
+    values, results = generator.uniform(0, 10, 50), generator.integers(0, 2, 50).astype(float)
+    edges = bin_edges(values)
+    groups = means_by_bin(values, results, edges)
+    assert len(groups) == 5
+    order = np.argsort(values)
+    for k, (middle, interval) in enumerate(groups):
+        members = order[10 * k : 10 * k + 10]
+        assert middle == pytest.approx(np.median(values[members]))
+        assert interval.mean == pytest.approx(results[members].mean())
+        assert interval.low <= interval.mean <= interval.high
+    assert len(means_by_bin(np.ones(4), np.ones(4), bin_edges(np.ones(4)))) == 1
+
+
+def test_success_is_broken_down_where_rows_tell(run, make_evaluation, tmp_path):
+    told = make_evaluation(tmp_path / "told", "random", starts=True)
+    figure = draw_breakdown([told], ["random"])
+    assert [axes.get_xlabel() for axes in figure.axes] == [
+        "shortest path to the goal [m]",
+        "shortest path over straight line",
+    ]
+    assert draw_breakdown([load_evaluation(run / "eval" / "test-greedy")], ["run"]) is None
+
+
+def test_what_receptors_saw_is_shown_as_it_was(run):
+    evaluation = load_evaluation(run / "eval" / "test-greedy")
+    track = load_trajectories(evaluation)[0]
+    readings = np.zeros((len(track.positions), 2, 2, 2, 3), np.uint8)
+    readings[..., 1] = 255
+    picture = sensors_side_by_side(readings[0])
+    assert picture.shape == (2, 5, 3)
+    assert (picture[:, 2] == 255).all() and (np.delete(picture, 2, axis=1) == [0, 255, 0]).all()
+    image = pixels(draw_sight(evaluation.rows[0], track, readings, load_maps(evaluation.directory), "seen"))
+    green = (image[..., 1] > 240) & (image[..., 0] < 10) & (image[..., 2] < 10)
+    assert green.sum() > 50_000

@@ -1,13 +1,21 @@
+import json
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from prnav.errors import RecordError
+from prnav.evaluate.benchmark import BENCHMARK
+from prnav.evaluate.picks import pick_episodes
 from prnav.evaluate.records import RecordWriter
+from prnav.evaluate.sight import SIGHTS
 from prnav.report.page import make_page, read_run
+from prnav.sensors import load_design
 
 
 class Tags(HTMLParser):
@@ -33,7 +41,7 @@ def test_page_is_whole_and_holds_its_pictures(run, tmp_path, make_evaluation):
     tags.feed(page)
     assert not tags.open
     images = [attributes["src"] for tag, attributes in tags.seen if tag == "img"]
-    assert len(images) == 5
+    assert len(images) == 6
     assert all(source.startswith("data:image/png;base64,") for source in images)
     assert not re.search(r'(src|href)="(?!data:)', page)
     text = re.sub(r"data:[^\"]*", "", page)
@@ -48,6 +56,8 @@ def test_different_episodes_are_not_ranked(run, tmp_path, make_evaluation):
     path = make_evaluation(tmp_path / "other" / "eval" / "test", "random").directory / "evaluation.json"
     path.write_text(path.read_text().replace('"split"', '"episodes_hash": "0123", "split"'))
     page = make_page([read_run(run), read_run(tmp_path / "other")])
+    assert "Side by side" not in page
+    assert "Differences" not in page
     assert "These evaluations are of different episodes" in page
     assert "<b>" not in page
 
@@ -85,3 +95,59 @@ def test_broken_metrics_are_named(run):
 def test_report_needs_no_torch():
     script = "import sys, prnav.report.page, prnav.report.designs; assert 'torch' not in sys.modules, 'torch'"
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+
+
+def test_designs_receptors_seeds_and_differences_are_on_the_page(run, tmp_path, make_evaluation):
+    design = load_design("forward")
+    body = {"radius": design.body.radius, "height": design.body.height}
+    told = {"name": "forward", "grid": 2, "body": body, "sensors": design.sensors.tolist()}
+    facts = {"recipe": "abc", "steps": 10}
+    for seed in (0, 1):
+        folder = tmp_path / f"seed{seed}" / "eval" / "test"
+        checkpoint = {**facts, "seed": seed}
+        evaluation = make_evaluation(folder, f"pr{seed}", "sampled", starts=True, design=told, checkpoint=checkpoint)
+        index = pick_episodes(evaluation.rows)["random"][0]
+        seen = np.full((evaluation.rows[index]["steps"] + 1, 2, 4, 3), 9, np.uint8)
+        np.savez_compressed(folder / SIGHTS, rows=[index], grid=2, **{f"readings_{index}": seen})
+    page = make_page([read_run(tmp_path / "seed0"), read_run(tmp_path / "seed1")])
+    text = re.sub(r"data:[^\"]*", "", page)
+    for words in (
+        "Over seeds",
+        "pr0, pr1 (sampled)",
+        "Differences, paired by episode",
+        "The design forward on the body",
+    ):
+        assert words in text
+    assert text.count("what every receptor read") == 4  # alt and caption, twice
+    (tmp_path / "seed0" / "eval" / "test" / SIGHTS).write_bytes(b"PK")
+    with pytest.raises(RecordError, match=r"sights\.npz: cannot be read .*; evaluate again"):
+        make_page([read_run(tmp_path / "seed0")])
+
+
+def test_records_of_another_benchmark_version_are_named(run):
+    path = run / "eval" / "test-greedy" / "evaluation.json"
+    head = json.loads(path.read_text())
+    path.write_text(json.dumps({**head, "benchmark": "prhouses-v999", "version": "9.9"}))
+    with pytest.raises(RecordError, match=f"of benchmark prhouses-v999, and this version of prnav has {BENCHMARK}; "):
+        read_run(run)
+
+
+@pytest.mark.browser
+def test_the_page_looks_right_in_a_browser(run, tmp_path, make_evaluation):
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("no Chromium here; install it (Debian: apt-get install chromium) to look at pages")
+    make_evaluation(tmp_path / "other" / "eval" / "test", "random", "sampled", starts=True)
+    page, picture = tmp_path / "page.html", tmp_path / "page.png"
+    page.write_text(make_page([read_run(run), read_run(tmp_path / "other")]))
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1280,5000"]
+    shot = [chromium, *options, f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={picture}", page.as_uri()]
+    subprocess.run(shot, check=True, timeout=120, capture_output=True)
+    image = np.asarray(Image.open(picture).convert("RGB")).astype(int)
+    assert image.shape[1] == 1280
+    red = (image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] < 90)
+    assert red.sum() > 200  # collisions
+    inked = (image.sum(axis=-1) < 600).any(axis=1)
+    assert inked[:200].any() and inked.mean() > 0.2
+    margin = image[:, 1240:]
+    assert (margin > 250).all()  # nothing runs over the page's right side

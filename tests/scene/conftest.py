@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from data_trees import QUAD, QUAD_FACES, QUAD_UVS
 
 
 class Glb:
@@ -63,11 +64,6 @@ class Glb:
     def write(self, path: Path) -> Path:
         path.write_bytes(self.bytes())
         return path
-
-
-QUAD = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
-QUAD_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
-QUAD_FACES = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 
 
 @pytest.fixture

@@ -18,6 +18,12 @@ from prnav.scene.load import load_mesh
 from prnav.scene.source import read_source
 
 
+@pytest.fixture(autouse=True)
+def no_decoders(monkeypatch):
+    """What a compressed file says must not depend on what is installed here."""
+    monkeypatch.setattr("prnav.scene.decoders.available", lambda extension: False)
+
+
 def refuse(path, *texts):
     with pytest.raises(SceneError) as caught:
         load_mesh(read_source(path))
@@ -305,6 +311,7 @@ def test_deep_json(tmp_path):
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\n", "no triangles"),
         ("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", "1 of 3 vertices are not finite"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0\nvt 1 1\nf 1/1 2/2 3/1\nf 2 4 3\n", "not x, y and z; export it again"),
         ("v 0 0 0\nv 1 0 0\nv 0 one 0\nf 1 2 3\n", "not a OBJ|not an OBJ|can be read"),
     ],
 )

@@ -15,7 +15,7 @@ def configured(*arguments: str) -> TrainConfig:
     return configure(parser().parse_intermixed_args(["pointgoal", *arguments]))
 
 
-@pytest.mark.parametrize("name", ["quickstart", "quickstart-blind", "paper-pointgoal"])
+@pytest.mark.parametrize("name", ["quickstart", "quickstart-blind", "paper-pointgoal", "quickstart-targetnav"])
 def test_shipped_experiments_load_and_come_back_from_toml(name, tmp_path):
     assert name in config_names()
     config = load_train_config(name)
@@ -118,3 +118,15 @@ def test_python_m_prnav_train_is_the_command():
 
     done = subprocess.run([sys.executable, "-m", "prnav.train", "--help"], capture_output=True, text=True)
     assert done.returncode == 0 and "usage: prnav-train" in done.stdout
+
+
+def test_each_task_has_its_own_preset(capsys):
+    config = configure(parser().parse_intermixed_args(["targetnav"]))
+    assert config == load_train_config("quickstart-targetnav")
+    assert (config.task, config.env.task_name) == ("targetnav", "targetnav")
+    assert main(["targetnav", "--config", "quickstart"]) == 2
+    assert (
+        "config quickstart is for pointgoal; use prnav-train pointgoal, or another --config" in capsys.readouterr().err
+    )
+    with pytest.raises(ConfigError, match=r"task is 'targetnav' and env is for 'pointgoal'; targetnav needs a table"):
+        load_train_config("quickstart", ("task=targetnav",))

@@ -88,6 +88,8 @@ class Builder:
 
     def __init__(self) -> None:
         self.textures: dict[str, int] = {"": 0}
+        self.placed: dict[str, int] = {}
+        """Pieces of furniture by kind."""
         self._quads: dict[tuple[int, int], list[tuple[int, ...]]] = {}
 
     def pen(self, room: int, frame: Frame) -> Pen:

@@ -1,20 +1,22 @@
-"""Which furniture a room gets, by its kind."""
+"""Furnishing a room: its doors, lamps and walls, and the pieces that belong to its kind."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from prnav.scene.houses import pieces, pieces_wet
+from prnav.scene.houses import door_leaves, pieces, pieces_more
 from prnav.scene.houses.builder import Builder, Pen
+from prnav.scene.houses.furnish_day import dining, hall, kitchen, living, study
+from prnav.scene.houses.furnish_night import bath, bedroom, storage
 from prnav.scene.houses.light import Lamp
 from prnav.scene.houses.placement import RoomSpace, Spot
 from prnav.scene.houses.plan import Storey
 from prnav.scene.houses.rng import Rng
-from prnav.scene.houses.shapes import Frame
+from prnav.scene.houses.shapes import SIDES, Frame, Rect
 from prnav.scene.houses.style import HomeStyle, RoomStyle
 
-_LAMP = 2_600_000.0
-_SOFA = 560  # what counts below a window: the back may stand before the glass
+LAMP = 2_600_000.0
+"""Strength of a ceiling lamp."""
 
 
 class Furnisher:
@@ -25,32 +27,187 @@ class Furnisher:
     ) -> None:
         self.builder, self.storey, self.space = builder, storey, space
         self.home, self.style, self.rng = home, style, rng
-        self.room = space.room
+        self.room, self.inner = space.room, space.room.inner
         self.lamps: list[Lamp] = []
-        self._ceiling_taken = False
+        self._pendants: list[tuple[int, int]] = []
         self._rugs = 0
 
-    def pen(self, frame: Frame) -> Pen:
-        """A pen for a piece whose frame stands on the floor."""
-        return self.builder.pen(self.room.index, frame._replace(y=frame.y + self.storey.level))
+    @property
+    def square(self) -> int:
+        """Area of the room in hundredths of a square metre."""
+        return self.inner.area // 10_000
 
     def furnish(self) -> None:
         """Furnish the room."""
         self._door_leaves()
+        if self.room.kind == "stairs":
+            self._stairs()
+            return
+        self._curtains()
         {
-            "living": self._living, "kitchen": self._kitchen, "dining": self._dining, "bedroom": self._bedroom,
-            "bath": self._bath, "study": self._study, "hall": self._hall, "storage": self._storage,
-        }[self.room.kind]()  # fmt: skip
-        if not self._ceiling_taken:
-            inner = self.room.inner
-            x, z, h = (inner.x0 + inner.x1) // 2, (inner.z0 + inner.z1) // 2, self.storey.height
-            pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
-            self._lamp(x, h - 150, z)
+            "living": living, "kitchen": kitchen, "dining": dining, "bedroom": bedroom, "bath": bath, "study": study,
+            "hall": hall, "storage": storage,
+        }[self.room.kind](self)  # fmt: skip
+        self._ceiling_lamps()
+
+    def pen(self, frame: Frame) -> Pen:
+        """A pen for a piece whose frame stands on the floor."""
+        return self.builder.pen(self.storey.light(self.room), frame._replace(y=frame.y + self.storey.level))
+
+    def draw(self, piece: Callable[..., None], frame: Frame, *sizes: int) -> None:
+        """Draw a piece whose place is settled."""
+        self.builder.placed[piece.__name__] = self.builder.placed.get(piece.__name__, 0) + 1
+        piece(self.pen(frame), self.rng, *sizes, self.home, self.style)
+
+    def put(self, piece: Callable[..., None], w: int, d: int, h: int, **where: int) -> Spot | None:
+        """Draw a piece of this size somewhere along a wall, if there is a place (see RoomSpace.wall_spot)."""
+        spot = self.space.wall_spot(w, d, h, **where)  # type: ignore[arg-type]
+        if spot is not None:
+            self.draw(piece, spot.frame, w, d)
+        return spot
+
+    def settle(self, body: Rect) -> bool:
+        """Take floor away from walls, if it is free and people can still walk."""
+        floor, inner = self.space.floor, self.inner
+        inside = body.x0 >= inner.x0 and body.z0 >= inner.z0 and body.x1 <= inner.x1 and body.z1 <= inner.z1
+        mask = floor.mask(body)
+        if not inside or mask & floor.taken or not floor.is_walkable(floor.taken | mask):
+            return False
+        floor.take(body)
+        return True
+
+    def lamp(self, x: int, y: int, z: int, strength: float = LAMP) -> None:
+        """A source of light."""
+        self.lamps.append(Lamp((x, y + self.storey.level, z), None, strength))
+
+    def pendant(self, frame: Frame, x: int, z: int) -> None:
+        """A lamp that hangs over a place in a piece's frame."""
+        px, _, pz = frame.point(x, 0, z)
+        drop = self.storey.height - 1750
+        pieces.pendant(self.pen(Frame(px, self.storey.height, pz, 0)), self.rng, drop, self.home)
+        self.lamp(px, 1850, pz)
+        self._pendants.append((px, pz))
+
+    def pictures(self, count: int) -> None:
+        """Pictures on free walls."""
+        for _ in range(count):
+            w, h = self.rng.between(400, 1000, 50), self.rng.between(350, 700, 50)
+            frame = self.hang(w, h, 1300)
+            if frame is not None:
+                pieces.picture_frame(self.pen(frame), self.rng, w, h, self.home)
+
+    def hang(self, w: int, h: int, bottom: int, room_below: int = 0) -> Frame | None:
+        """Frame of a free part of a wall, taken, with ``room_below`` of free wall under it."""
+        place = self.space.wall_place(w, h + room_below, bottom - room_below)
+        return None if place is None else self.inner.frame(place[0]).at(place[1], bottom, 0)
+
+    def clock(self, percent: int) -> None:
+        """A clock on a wall."""
+        frame = self.hang(380, 380, 1650) if self.rng.chance(percent) else None
+        if frame is not None:
+            pieces_more.wall_clock(self.pen(frame.at(190, 190, 0)), self.rng, self.home)
+
+    def shelves(self, percent: int) -> None:
+        """A shelf on a wall."""
+        w = self.rng.choice((700, 900, 1100))
+        frame = self.hang(w, 400, 1350, 120) if self.rng.chance(percent) else None
+        if frame is not None:
+            pieces_more.wall_shelf(self.pen(frame), self.rng, w, self.home)
+
+    def wall_lamps(self, count: int) -> None:
+        """Lamps on the walls."""
+        for _ in range(count):
+            frame = self.hang(200, 300, 1650)
+            if frame is not None:
+                pieces_more.wall_lamp(self.pen(frame.at(100, 100, 0)), self.rng, self.home)
+                x, y, z = frame.point(100, 150, 150)
+                self.lamp(x, y, z, LAMP / 5)
+
+    def plants(self, percent: int) -> None:
+        """A plant, rather in a corner."""
+        if self.rng.chance(percent):
+            self.put(pieces.plant, 420, 420, 1200, corner=80, window=30)
+
+    def floor_lamp(self, percent: int) -> None:
+        """A standing lamp in a corner."""
+        if self.rng.chance(percent):
+            spot = self.put(pieces.floor_lamp, 400, 400, 1700, corner=90)
+            if spot is not None:
+                x, y, z = spot.frame.point(200, 1350, 250)
+                self.lamp(x, y, z, LAMP / 3)
+
+    def heater(self, percent: int) -> None:
+        """A radiator, rather below a window."""
+        if self.rng.chance(percent):
+            w = self.rng.choice((700, 840, 980))
+            self.put(pieces_more.radiator, w, 100, 640, window=300)
+
+    def rug(self, x0: int, z0: int, frame: Frame, w: int, d: int) -> None:
+        """A rug at (x0, z0) in a piece's frame, cut off at the walls."""
+        rect, inner = frame.rect(x0, z0, x0 + w, z0 + d), self.inner.inset(60)
+        low_x, low_z = max(rect.x0, inner.x0), max(rect.z0, inner.z0)
+        wide, deep = min(rect.x1, inner.x1) - low_x, min(rect.z1, inner.z1) - low_z
+        if wide > 500 and deep > 500:
+            pieces.rug(self.pen(Frame(low_x, 0, low_z, 0)), self.rng, wide, deep, 10 + 4 * self._rugs)
+            self._rugs += 1  # where two overlap, one lies on the other
+
+    def middle_rug(self, w: int, d: int) -> None:
+        """A rug in the middle of the room, its longer side along the room's."""
+        w, d = (w, d) if self.inner.width >= self.inner.depth else (d, w)
+        self.rug(
+            (self.inner.width - w) // 2, (self.inner.depth - d) // 2, Frame(self.inner.x0, 0, self.inner.z0, 0), w, d
+        )
+
+    def _curtains(self) -> None:
+        """Curtains at the windows of rooms where people sit and sleep, all of one cloth and length."""
+        rng = self.rng.fork("curtains")
+        if self.room.kind not in ("living", "dining", "bedroom", "study") or not rng.chance(78):
+            return
+        fabric, long = rng.choice((self.style.accent, self.home.fabric, self.home.curtain)), rng.chance(45)
+        for side in SIDES:
+            for opening, low, high in self.space.windows(side):
+                width = rng.between(200, 300, 10)
+                top, bottom = min(opening.top + 140, self.storey.height - 40), 40 if long else opening.bottom - 130
+                if low - width < 150 or high + width > self.inner.length(side) - 150:
+                    continue
+                if not all(self.space.wall_is_free(side, a, b, bottom, top)
+                           for a, b in ((low - width, low - 90), (high + 90, high + width))):  # fmt: skip
+                    continue
+                self.space.hang(side, low - width, low, bottom, top)
+                self.space.hang(side, high, high + width, bottom, top)
+                pen = self.pen(self.inner.frame(side).at(low - width, top, 0))
+                pieces_more.curtain_rod(pen, high - low + 2 * width)
+                for x in (10, high - low + width + 20):
+                    pieces_more.curtain(pen.at(x, 0, 0), width - 30, top - bottom, fabric)
+
+    def _ceiling_lamps(self) -> None:
+        """One lamp in the middle, more in long and large rooms; none near a pendant."""
+        inner, h = self.inner, self.storey.height
+        columns, rows = (max(1, (size + 1500) // 4500) for size in (inner.width, inner.depth))
+        for c in range(columns):
+            for r in range(rows):
+                x = inner.x0 + inner.width * (2 * c + 1) // (2 * columns)
+                z = inner.z0 + inner.depth * (2 * r + 1) // (2 * rows)
+                if all(abs(x - px) + abs(z - pz) > 2200 for px, pz in self._pendants):
+                    pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng.fork("ceiling lamp"), self.home)
+                    self.lamp(x, h - 150, z)
+
+    def _stairs(self) -> None:
+        """Nothing stands on the way: a lamp over the way in below, a lamp and pictures over the flights above."""
+        stairs, inner = self.storey.stairs_up or self.storey.stairs_down, self.inner
+        assert stairs is not None
+        place = stairs.entry_zone(inner) if self.storey.stairs_up is not None else inner
+        x, z, h = (place.x0 + place.x1) // 2, (place.z0 + place.z1) // 2, self.storey.height
+        pieces.ceiling_lamp(self.pen(Frame(x, h, z, 0)), self.rng, self.home)
+        self.lamp(x, h - 150, z)
+        if self.storey.stairs_down is not None:
+            self.pictures(self.rng.between(3, 5))
+            self.wall_lamps(self.rng.between(0, 2))
 
     def _door_leaves(self) -> None:
-        """Doors that open into this room stand open: along the wall, or across where a corner is near."""
+        """Doors that open into this room stand half open, or open: along the wall, or across where a corner is near."""
         for opening, side, low, high in self.space.doors_inwards():
-            width, length = high - low, self.room.inner.length(side)
+            width, length = high - low, self.inner.length(side)
             at_low = low < length - high
             corner = low if at_low else length - high
             flat = corner > width + 60
@@ -59,9 +216,15 @@ class Furnisher:
                 x0, x1, z0, z1 = (hinge - width, hinge, 20, 60) if at_low else (hinge, hinge + width, 20, 60)
             else:
                 x0, x1, z0, z1 = (hinge - 40, hinge, 20, 20 + width) if at_low else (hinge, hinge + 40, 20, 20 + width)
-            frame = self.room.inner.frame(side)
-            body = frame.rect(x0, z0, x1, z1)
+            frame = self.inner.frame(side)
             floor = self.space.floor
+            if opening.leaf == "half":
+                floor.keep(frame.rect(low - 50, 0, high + 50, 1250))
+                angle = self.rng.choice(((574, 819), (500, 866), (423, 906)))
+                leaf = self.pen(frame.at(low + 5 if at_low else high - 5, 0, 5))
+                door_leaves.turned(leaf, width - 10, opening.top - 15, angle, at_low, self.home)
+                continue
+            body = frame.rect(x0, z0, x1, z1)
             if corner < 60 or floor.mask(body) & floor.taken or not floor.is_walkable(floor.taken | floor.mask(body)):
                 continue
             if flat and not self.space.wall_is_free(side, min(x0, hinge - 90), x1 - 90 if at_low else x1, 0, 2000):
@@ -69,310 +232,7 @@ class Furnisher:
             floor.take(body)
             if flat:
                 self.space.hang(side, x0, x1, 0, opening.top)
-            pieces.door_leaf(self.pen(frame), (x0, z0, x1, z1), opening.top - 15, at_low, self.home)
-
-    def _lamp(self, x: int, y: int, z: int, strength: float = _LAMP) -> None:
-        self.lamps.append(Lamp((x, y + self.storey.level, z), None, strength))
-
-    def _put(self, draw: Callable[..., None], w: int, d: int, h: int, **where: int) -> Spot | None:
-        spot = self.space.wall_spot(w, d, h, **where)  # type: ignore[arg-type]
-        if spot is not None:
-            draw(self.pen(spot.frame), self.rng, w, d, self.home, self.style)
-        return spot
-
-    def _pictures(self, count: int) -> None:
-        for _ in range(count):
-            w, h = self.rng.between(400, 1000, 50), self.rng.between(350, 700, 50)
-            place = self.space.wall_place(w, h, 1300)
-            if place is not None:
-                side, start = place
-                frame = self.room.inner.frame(side).at(start, 1300, 0)
-                pieces.picture_frame(self.pen(frame), self.rng, w, h, self.home)
-
-    def _plants(self, percent: int) -> None:
-        if self.rng.chance(percent):
-            self._put(pieces.plant, 420, 420, 1200, corner=80, window=30)
-
-    def _floor_lamp(self, percent: int) -> None:
-        if self.rng.chance(percent):
-            spot = self._put(pieces.floor_lamp, 400, 400, 1700, corner=90)
-            if spot is not None:
-                x, y, z = spot.frame.point(200, 1350, 250)
-                self._lamp(x, y, z, _LAMP / 3)
-
-    def _rug(self, x0: int, z0: int, frame: Frame, w: int, d: int) -> None:
-        """A rug at (x0, z0) in a piece's frame, cut off at the walls."""
-        rect, inner = frame.rect(x0, z0, x0 + w, z0 + d), self.room.inner.inset(60)
-        low_x, low_z, high_x, high_z = (
-            max(rect.x0, inner.x0),
-            max(rect.z0, inner.z0),
-            min(rect.x1, inner.x1),
-            min(rect.z1, inner.z1),
-        )
-        if high_x - low_x > 500 and high_z - low_z > 500:
-            pieces.rug(
-                self.pen(Frame(low_x, 0, low_z, 0)), self.rng, high_x - low_x, high_z - low_z, 10 + 4 * self._rugs
-            )
-            self._rugs += 1  # where two overlap, one lies on the other
-
-    def _bedroom(self) -> None:
-        rng, big = self.rng, self.room.inner.area > 10_500_000
-        w = rng.choice((1400, 1600, 1800)) if big else rng.choice((900, 900, 1000, 1400))
-        d = 2050
-        beside = 500 if w >= 1400 and rng.chance(85) else 0
-        spot = self.space.wall_spot(w + 2 * beside, d, 1200, front=300, window=-60)
-        if spot is None and beside:
-            beside = 0
-        if spot is None:
-            spot = self.space.wall_spot(w, d, 1200, window=-40)
-        if spot is None:
-            w = 900
-            spot = self.space.wall_spot(w, 2000, 1200)
-        if spot is not None:
-            frame = spot.frame.at(beside, 0, 0)
-            if beside:
-                for x in (0, beside + w):
-                    stand = spot.frame.at(x + 25, 0, 0)
-                    pieces.nightstand(self.pen(stand), rng, 450, 400, self.home, self.style)
-                # people get in beside the bed: the floor there is free again
-                self._free_sides(spot.frame, w, d, beside)
-            if rng.chance(65):
-                self._rug(-400, d * 2 // 5, frame, w + 800, d * 4 // 5)
-            pieces.bed(self.pen(frame), rng, w, d, self.home, self.style)
-        self._put(pieces.wardrobe, rng.choice((1000, 1500, 2000)) if big else 1000, 600, 2200, front=600, corner=60)
-        if rng.chance(60):
-            self._put(pieces.dresser, rng.choice((800, 1000, 1200)), 450, 1000, front=500)
-        if rng.chance(35 if big else 50):
-            self._desk(1200)
-        self._plants(40)
-        self._floor_lamp(30)
-        self._pictures(rng.between(1, 3))
-
-    def _free_sides(self, frame: Frame, w: int, d: int, beside: int) -> None:
-        floor = self.space.floor
-        sides = (frame.rect(0, 450, beside, d), frame.rect(beside + w, 450, 2 * beside + w, d))
-        bodies = (frame.rect(0, 0, 2 * beside + w, 450), frame.rect(beside, 0, beside + w, d))
-        for side in sides:
-            floor.taken &= ~floor.mask(side)
-            floor.keep(side)
-        floor.take(*bodies)
-
-    def _desk(self, w: int) -> None:
-        spot = self._put(pieces.desk, w, 650, 800, front=700, window=40)
-        if spot is not None:
-            seat = spot.frame.at(w // 2 + 250 + 20, 0, 480 + 500, 2)
-            body = spot.frame.rect(w // 2 - 250, 480, w // 2 + 270, 980)
-            taken = self.space.floor.taken | self.space.floor.mask(body)
-            if self.space.floor.is_walkable(taken):
-                self.space.floor.take(body)
-                pieces.office_chair(self.pen(seat), self.rng, 500, 500, self.home, self.style)
-
-    def _living(self) -> None:
-        rng = self.rng
-        big = self.room.inner.area > 15_000_000
-        w, d = rng.choice((1900, 2200, 2500)) if big else rng.choice((1500, 1800)), rng.choice((850, 900))
-        spot = self._put(pieces.sofa, w, d, _SOFA, front=950, margin=50)
-        if spot is None:
-            w, d = 1500, 850
-            spot = self._put(pieces.sofa, w, d, _SOFA, front=600)
-        if spot is not None:
-            table_w, table_d = rng.choice((900, 1000, 1200)), rng.choice((500, 600))
-            if rng.chance(80):
-                self._rug(-200, d - 250, spot.frame, w + 400, 1900)
-            table = spot.frame.at((w - table_w) // 2, 0, d + 350)
-            body = table.rect(0, 0, table_w, table_d)
-            floor = self.space.floor
-            if (
-                not floor.mask(body) & floor.taken
-                and self._inside(body)
-                and floor.is_walkable(floor.taken | floor.mask(body))
-            ):
-                floor.take(body)
-                pieces.coffee_table(self.pen(table), rng, table_w, table_d, self.home, self.style)
-            facing = ((spot.side + 2) % 4,)
-            tv = rng.choice((1400, 1600, 1800))
-            stand = self.space.wall_spot(tv, 420, 1250, front=500, sides=facing) or self.space.wall_spot(
-                1200, 420, 1250, front=400
-            )
-            if stand is not None:
-                width = tv if stand.side == facing[0] else 1200
-                pieces.tv_stand(self.pen(stand.frame), rng, width, 420, self.home, self.style)
-        for _ in range(rng.between(1, 2) if big else rng.between(0, 1)):
-            self._put(pieces.sofa, 850, 850, _SOFA, front=400, corner=50)
-        if rng.chance(75):
-            self._put(pieces.bookshelf, rng.choice((800, 1000, 1200)), 320, 2100, front=500)
-        if self.room.inner.area > 21_000_000 and rng.chance(60):
-            self._table(4)
-        if rng.chance(50):
-            self._put(pieces.dresser, 1200, 450, 950, front=400)
-        self._plants(80)
-        self._plants(40)
-        self._floor_lamp(75)
-        self._pictures(rng.between(2, 4))
-
-    def _inside(self, rect) -> bool:  # noqa: ANN001
-        inner = self.room.inner
-        return rect.x0 >= inner.x0 and rect.z0 >= inner.z0 and rect.x1 <= inner.x1 and rect.z1 <= inner.z1
-
-    def _table(self, seats: int) -> None:
-        rng = self.rng
-        square = rng.chance(35) or seats <= 2
-        w, d = (900, 900) if square else (rng.choice((1200, 1400, 1600)), 800)
-        frame = self.space.free_spot(w + 2 * (0 if not square else 350), d + 700, 500)
-        if frame is None and not square:
-            square, w, d = True, 900, 900
-            frame = self.space.free_spot(1600, 1600, 450)
-        if frame is None:
-            return
-        side = 350 if square else 0
-        table = frame.at(side, 0, 350)
-        if rng.chance(35):
-            self._rug(-150, -150, frame, w + 2 * side + 300, d + 1000)
-        pieces.dining_table(self.pen(table), rng, w, d, self.home, self.style)
-        wood = rng.choice((self.home.wood, self.home.dark_wood))
-        places = []
-        count = 1 if square else 2 if w < 1500 else 3
-        for k in range(count):
-            x = w * (2 * k + 1) // (2 * count)
-            places += [(x, -1, 0), (x, 1, 2)]
-        if square:
-            places += [(-1, d // 2, 3), (1, d // 2, 1)]
-        for x, _, turns in places:
-            out = rng.between(190, 320, 10)
-            if turns == 0:
-                seat = table.at(x - 220, 0, -out)
-            elif turns == 2:
-                seat = table.at(x + 220, 0, d + out, 2)
-            elif turns == 3:
-                seat = table.at(-out, 0, d // 2 + 220, 3)
-            else:
-                seat = table.at(w + out, 0, d // 2 - 220, 1)
-            pieces.chair(self.pen(seat), rng, 440, 440, self.home, self.style, wood)
-        x, _, z = table.point(w // 2, 0, d // 2)
-        drop = self.storey.height - 1750
-        pieces.pendant(self.pen(Frame(x, self.storey.height, z, 0)), rng, drop, self.home)
-        self._lamp(x, 1850, z)
-        self._ceiling_taken = True
-
-    def _dining(self) -> None:
-        self._table(6)
-        if self.rng.chance(70):
-            self._put(pieces.dresser, self.rng.choice((1200, 1500)), 450, 950, front=400)
-        if self.rng.chance(40):
-            self._put(pieces.bookshelf, 900, 320, 2100, front=400)
-        self._plants(60)
-        self._pictures(self.rng.between(1, 3))
-
-    def _kitchen(self) -> None:
-        rng, inner = self.rng, self.room.inner
-        longest = max(inner.width, inner.depth)
-        placed = None
-        for w in (3600, 3000, 2400, 1800, 1200):
-            if w <= longest - 700:
-                placed = self._counter(w)
-                if placed is not None:
-                    break
-        self._put(pieces_wet.fridge, 650, 680, 1900, front=700, corner=70, window=-100)
-        if placed is not None and rng.chance(65):
-            for w in (1800, 1200):
-                if self._counter(w, plain=True) is not None:
-                    break
-        self._table(2 if inner.area < 12_000_000 else 4)
-        if rng.chance(25):
-            self._put(pieces_wet.washer, 600, 600, 900, front=500, corner=40)
-        self._plants(30)
-        self._pictures(rng.between(0, 2))
-
-    def _counter(self, w: int, plain: bool = False) -> Spot | None:
-        spot = self.space.wall_spot(w, 620, 900, front=700, corner=60, window=20)
-        if spot is None:
-            return None
-        uppers, start = [], None
-        for x in range(0, w + 1, 50):
-            free = x + 50 <= w and self.space.wall_is_free(spot.side, spot.start + x, spot.start + x + 50, 1400, 2200)
-            if free and start is None:
-                start = x
-            if not free and start is not None:
-                if x - start >= 400:
-                    uppers.append((start, x))
-                start = None
-        pieces_wet.counter(self.pen(spot.frame), self.rng, w, 620, self.home, self.style, uppers, plain)
-        for low, high in uppers:
-            self.space.hang(spot.side, spot.start + low, spot.start + high, 1400, 2200)
-        return spot
-
-    def _bath(self) -> None:
-        rng = self.rng
-        w = 1700 if rng.chance(60) else 0
-        tub = None
-        if w:
-            tub = self._put(pieces_wet.bathtub, 1700, 750, 600, corner=100)
-        if tub is None or rng.chance(30):
-            tub = self._put(pieces_wet.shower, 900, 900, 2060, corner=300) or tub
-        self._put(pieces_wet.toilet, 420, 680, 830, front=450, margin=80)
-        wide = rng.choice((600, 800, 1000))
-        basin = self.space.wall_spot(wide, 480, 900, front=500)
-        if basin is None:
-            wide = 500
-            basin = self.space.wall_spot(wide, 420, 900, front=400)
-        if basin is not None:
-            pieces_wet.basin(self.pen(basin.frame), rng, wide, 480 if wide > 500 else 420, self.home, self.style)
-            if self.space.wall_is_free(basin.side, basin.start, basin.start + wide, 1150, 1900):
-                self.space.hang(basin.side, basin.start, basin.start + wide, 1150, 1900)
-                pieces_wet.mirror(self.pen(self.room.inner.frame(basin.side).at(basin.start, 1150, 0)), wide, 700)
-        if rng.chance(35):
-            self._put(pieces_wet.washer, 600, 600, 900, front=400, corner=40)
-        if rng.chance(70):
-            place = self.space.wall_place(500, 550, 900)
-            if place is not None:
-                frame = self.room.inner.frame(place[0]).at(place[1], 1420, 0)
-                pieces_wet.towel(self.pen(frame), rng, self.style)
-        if rng.chance(60):
-            inner = self.room.inner
-            self._rug((inner.width - 800) // 2, (inner.depth - 550) // 2, Frame(inner.x0, 0, inner.z0, 0), 800, 550)
-        self._pictures(rng.between(0, 1))
-
-    def _study(self) -> None:
-        rng = self.rng
-        self._desk(rng.choice((1300, 1500, 1700)))
-        for _ in range(rng.between(1, 3)):
-            self._put(pieces.bookshelf, rng.choice((800, 1000, 1200)), 320, 2100, front=450)
-        if rng.chance(60):
-            self._put(pieces.sofa, rng.choice((850, 1500)), 850, _SOFA, front=400)
-        if rng.chance(60):
-            inner = self.room.inner
-            self._rug(inner.width // 2 - 800, inner.depth // 2 - 600, Frame(inner.x0, 0, inner.z0, 0), 1600, 1200)
-        self._plants(60)
-        self._floor_lamp(50)
-        self._pictures(rng.between(1, 3))
-
-    def _hall(self) -> None:
-        rng, inner = self.rng, self.room.inner
-        narrow = min(inner.width, inner.depth) < 1900
-        if rng.chance(70):
-            self._put(pieces.dresser, rng.choice((700, 900)), 280 if narrow else 400, 950)
-        if not narrow:
-            if rng.chance(50):
-                self._put(pieces.wardrobe, 1000, 550, 2200, front=500, corner=40)
-            if rng.chance(40):
-                self._put(pieces.chair, 440, 440, 900)
-        self._plants(40 if narrow else 60)
-        if rng.chance(55):
-            length, width = max(inner.width, inner.depth), min(inner.width, inner.depth)
-            run, wide = min(length - 800, 2600), min(width - 500, 1400)
-            frame = Frame(inner.x0, 0, inner.z0, 0)
-            if inner.width >= inner.depth:
-                self._rug((inner.width - run) // 2, (inner.depth - wide) // 2, frame, run, wide)
-            else:
-                self._rug((inner.width - wide) // 2, (inner.depth - run) // 2, frame, wide, run)
-        self._pictures(rng.between(1, 4))
-
-    def _storage(self) -> None:
-        rng = self.rng
-        for _ in range(rng.between(1, 3)):
-            self._put(pieces_wet.shelf_rack, rng.choice((900, 1200)), 400, 2000, front=500)
-        if rng.chance(60):
-            self._put(pieces_wet.washer, 600, 600, 900, front=500, corner=40)
+            door_leaves.flat(self.pen(frame), (x0, z0, x1, z1), opening.top - 15, at_low, self.home)
 
 
 def furnish_room(

@@ -75,8 +75,8 @@ def _room_light(positions: NDArray[np.float64], normals: NDArray[np.float64], ro
     inner = room.inner
     # corners: a surface loses light to the planes it faces along, near where they meet
     planes = (
-        (x - inner.x0, nx, 0.22), (inner.x1 - x, -nx, 0.22), (z - inner.z0, nz, 0.22), (inner.z1 - z, -nz, 0.22),
-        (y, ny, 0.34), (room.height - y, -ny, 0.16),
+        (x - inner.x0, nx, 0.3), (inner.x1 - x, -nx, 0.3), (z - inner.z0, nz, 0.3), (inner.z1 - z, -nz, 0.3),
+        (y, ny, 0.36), (room.height - y, -ny, 0.22),
     )  # fmt: skip
     open_share = np.ones_like(x)
     for distance, facing, weight in planes:
@@ -86,7 +86,7 @@ def _room_light(positions: NDArray[np.float64], normals: NDArray[np.float64], ro
     column = np.clip(np.floor((x - inner.x0) / room.cell), 0, room.cover.shape[0] - 1).astype(np.int64)
     row = np.clip(np.floor((z - inner.z0) / room.cell), 0, room.cover.shape[1] - 1).astype(np.int64)
     on_floor = (y < 40.0) & (ny > 0.7)
-    open_share = np.where(on_floor, open_share * (1.0 - 0.55 * room.cover[column, row]), open_share)
+    open_share = np.where(on_floor, open_share * (1.0 - 0.6 * room.cover[column, row]), open_share)
     facing_share = 0.88 + 0.12 * ny + 0.05 * nx
     result = np.stack([value * open_share * facing_share for value in AMBIENT], axis=1)
     for lamp in room.lamps:

@@ -26,39 +26,27 @@ def cushion(pen: Pen, x: int, y: int, z: int, w: int, h: int, d: int, material: 
     )
 
 
-def door_leaf(pen: Pen, plan: tuple[int, int, int, int], h: int, at_low: bool, home: HomeStyle) -> None:
-    """An open door; ``plan`` is its x0, z0, x1, z1 in the wall's frame, hinged at its end next to the opening."""
-    x0, z0, x1, z1 = plan
-    leaf = home.door
-    if x1 - x0 > z1 - z0:  # flat against the wall
-        pen.box(x0, 10, z0, x1, h, z1, leaf)
-        far = x0 + 60 if at_low else x1 - 80
-        pen.box(far, 1000, z1, far + 20, 1020, z1 + 45, METAL, skip="B")
-        pen.box(far, 1000, z1 + 25, far + (110 if at_low else 20), 1020, z1 + 45, METAL)
-        return
-    pen.box(x0, 10, z0, x1, h, z1, leaf)
-    pen.box(x0 - 45, 1000, z1 - 80, x1 + 45, 1020, z1 - 60, METAL)
-    for x in (x0 - 45, x1 + 25):
-        pen.box(x, 1000, z1 - 170, x + 20, 1020, z1 - 80, METAL)
-
-
 def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
-    """A bed with its head at the wall, made with pillows, cushions and a folded quilt.
+    """A bed with its head at the wall, made with pillows, cushions and a rolled quilt.
 
-    Pillows, cushions and quilt stand 0.2 m above the cover: on a wide bed no large level surface is left, which a
-    navmesh would take for floor.
+    Pillows, cushions and the rolled quilt stand two of a navmesh's steps of 0.2 m above the cover, which itself is one
+    level of them, and no level surface lies hidden under the roll: nothing large is left that a navmesh would take for
+    floor.
     """
-    head, top = rng.between(950, 1250, 50), 590
+    head, top = rng.between(950, 1250, 50), 592
     pen.box(0, 0, 0, w, head, 60, home.wood if rng.chance(60) else room.accent)
-    pen.box(0, 80, 60, w, 340, d, home.wood)
+    pen.box(0, 80, 60, w, 340, d, home.wood, skip="T")
     for x in (30, w - 110):
         for z in (80, d - 110):
             pen.box(x, 0, z, x + 80, 80, z + 80, home.wood, skip="T")
-    pen.box(20, 340, 65, w - 20, 550, d - 20, WHITE, skip="U")
     cover = Material(f"blanket:{rng.below(3)}", room.accent.tinted(118).color, 700)
-    start = d * rng.between(30, 38) // 100
-    pen.box(0, 300, start, w, top, d, cover, skip="U")
-    pen.box(0, top, start, w, top + 25, start + 230, WHITE.tinted(96), skip="U")
+    start, back = d * rng.between(30, 38) // 100, d - rng.between(780, 840, 10)
+    pen.box(20, 340, 65, w - 20, 550, d - 20, WHITE, skip="UT")
+    pen.slab(20, 65, w - 20, start, 550, WHITE)
+    pen.box(0, 300, start, w, top, d, cover, skip="UT")
+    pen.slab(0, start, w, back + 5, top, cover)
+    pen.slab(0, back + 355, w, d, top, cover)
+    pen.box(0, top, start, w, top + 5, start + 230, WHITE.tinted(96), skip="U")
     count = 1 if w < 1300 else 2
     width = (w - 80) // count
     for k in range(count):  # two pillows, one on the other
@@ -68,10 +56,28 @@ def bed(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) ->
     if w > 1450 or rng.chance(50):
         for k in range(count):
             cushion(pen, 40 + k * width + width // 6, top, 440, width * 2 // 3, 330, 110, home.fabric)
-    if w >= 1300 or rng.chance(40):
-        z, tone = d - rng.between(640, 720, 10), home.fabric.tinted(110)
-        pen.box(40, top, z, w - 40, top + 115, z + 380, tone, skip="UT")
-        pen.box(40, top + 115, z, w - 40, top + 225, z + 380, tone.tinted(92), skip="U")
+    roll(pen, 0, w, top, back, cover.tinted(rng.choice((84, 112))))
+
+
+def roll(pen: Pen, x0: int, x1: int, y: int, z: int, material: Material) -> None:
+    """A quilt rolled back across a bed: rounded, and too steep at its sides for a navmesh to join it to the cover."""
+    profile = ((0, 0), (0, 216), (75, 255), (180, 270), (285, 255), (360, 216), (360, 0))
+    for k, ((za, ya), (zb, yb)) in enumerate(zip(profile, profile[1:], strict=False)):
+        corners = [(x0, y + yb, z + zb), (x1, y + yb, z + zb), (x1, y + ya, z + za), (x0, y + ya, z + za)]
+        pen.quad(corners, material, (x1 - x0, 120), origin=(0, 120 * k))
+    for x, turn in ((x0, False), (x1, True)):
+        for k in range(3):
+            (za, ya), (zb, yb) = profile[k], profile[k + 1]
+            (zc, yc), (zd, yd) = profile[5 - k], profile[6 - k]
+            corners = [(x, y + ya, z + za), (x, y + yd, z + zd), (x, y + yc, z + zc), (x, y + yb, z + zb)]
+            if k == 2:  # the two middle points of the profile fall together
+                corners = [
+                    (x, y + ya, z + za),
+                    (x, y + yd, z + zd),
+                    (x, y + yb, z + zb),
+                    (x, y + (ya + yb) // 2, z + (za + zb) // 2),
+                ]
+            pen.quad(corners[::-1] if turn else corners, material.tinted(88), (300, 100))
 
 
 def nightstand(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:
@@ -119,7 +125,7 @@ def wardrobe(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyl
             h - 20,
             d,
             front,
-            front=Material("screen", (255, 255, 255), 0) if k == mirror else None,
+            front=Material("mirror", (255, 255, 255), 0) if k == mirror else None,
             skip="B",
         )
         handle = x1 - 60 if k % 2 == 0 else x0 + 40
@@ -190,7 +196,7 @@ def sofa(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -
     for k in range(count):
         if rng.chance(65):
             tone = home.fabric if rng.chance(70) else WHITE
-            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 360, 110, tone)
+            cushion(pen, arm + k * width + rng.between(10, max(10, width - 420), 10), seat, 340, 400, 410, 110, tone)
 
 
 def coffee_table(pen: Pen, rng: Rng, w: int, d: int, home: HomeStyle, room: RoomStyle) -> None:

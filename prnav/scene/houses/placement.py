@@ -51,19 +51,23 @@ class RoomSpace:
         self.floor = Occupancy(inner, doorways)
 
     def doors_inwards(self) -> list[tuple[Opening, int, int, int]]:
-        """Doors whose leaf opens into this room (from a hall into the room, else into the later one)."""
+        """Doors whose leaf stands open into this room (from a hall into the room, else into the later one)."""
         found = []
         for side in SIDES:
             for opening, low, high in self.storey.openings_of(self.room, side):
-                if opening.kind != "door":
+                if opening.leaf not in ("open", "half"):
                     continue
                 kinds = [self.storey.rooms[index].kind for index in opening.rooms]
                 inwards = max(opening.rooms)
                 if kinds.count("hall") == 1:
                     inwards = opening.rooms[1 - kinds.index("hall")]
-                if inwards == self.room.index and (opening.line + opening.low) // 50 % 4:  # one in four has no leaf
+                if inwards == self.room.index:
                     found.append((opening, side, low, high))
         return found
+
+    def windows(self, side: int) -> list[tuple[Opening, int, int]]:
+        """Windows in a wall with their intervals."""
+        return [item for item in self.storey.openings_of(self.room, side) if item[0].kind == "window"]
 
     def wall_is_free(self, side: int, low: int, high: int, bottom: int, top: int) -> bool:
         """Whether a part of a wall has no opening, furniture or picture before it."""
@@ -96,7 +100,7 @@ class RoomSpace:
             last = length - WALL_GAP - w
             if last < WALL_GAP:
                 continue
-            windows = [(a, b) for o, a, b in self.storey.openings_of(self.room, side) if o.kind == "window"]
+            windows = [(a, b) for _, a, b in self.windows(side)]
             for start in sorted({*range(WALL_GAP, last, _STEP), last}):
                 if not self.wall_is_free(side, start - margin, start + w + margin, 0, h):
                     continue

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from prnav.scene.houses import door_leaves
 from prnav.scene.houses.builder import Builder, Material, Pen
-from prnav.scene.houses.plan import FRAME_WIDTH, Opening, Room, Storey, outer_walls
+from prnav.scene.houses.flight import build_stairs
+from prnav.scene.houses.openings import outer_walls
+from prnav.scene.houses.plan import FRAME_WIDTH, Opening, Room, Storey
 from prnav.scene.houses.shapes import SIDES, Frame, Rect
-from prnav.scene.houses.style import METAL, HomeStyle, RoomStyle
+from prnav.scene.houses.style import METAL, WHITE, HomeStyle, RoomStyle
 
 FLOOR_STEP = 400
 WALL_STEP = 650
@@ -17,12 +20,21 @@ SKIRTING = (80, 12)
 def build_shell(builder: Builder, storey: Storey, home: HomeStyle, rooms: list[RoomStyle]) -> None:
     """Draw one storey without its furniture."""
     for room, style in zip(storey.rooms, rooms, strict=True):
-        pen = builder.pen(room.index, Frame(0, storey.level, 0, 0))
-        inner = room.inner
-        pen.slab(inner.x0, inner.z0, inner.x1, inner.z1, 0, style.floor, step=FLOOR_STEP)
-        pen.slab(inner.x0, inner.z0, inner.x1, inner.z1, storey.height, home.ceiling, up=False, step=2 * FLOOR_STEP)
+        pen = builder.pen(storey.light(room), Frame(0, storey.level, 0, 0))
+        inner = floor = ceiling = room.inner
+        if room.kind == "stairs":
+            stairs = storey.stairs_up or storey.stairs_down
+            assert stairs is not None
+            floor = stairs.entry_zone(inner)
+            ceiling = floor if storey.stairs_up is not None else inner
+        pen.slab(floor.x0, floor.z0, floor.x1, floor.z1, 0, style.floor, step=FLOOR_STEP)
+        pen.slab(
+            ceiling.x0, ceiling.z0, ceiling.x1, ceiling.z1, storey.height, home.ceiling, up=False, step=2 * FLOOR_STEP
+        )
+        if room.kind == "stairs" and storey.stairs_up is not None:
+            build_stairs(builder, storey, room, home, style)
         for side in SIDES:
-            wall = builder.pen(room.index, inner.frame(side)).at(0, storey.level, 0)
+            wall = builder.pen(storey.light(room), inner.frame(side)).at(0, storey.level, 0)
             _wall(wall, inner.length(side), storey, room, side, style, home)
     for opening in storey.openings:
         if min(opening.rooms) >= 0:
@@ -43,6 +55,8 @@ def _wall(pen: Pen, length: int, storey: Storey, room: Room, side: int, style: R
             *(e for o, _, _ in holes for e in (o.bottom, o.top)),
         }
     )
+    upstairs = room.kind == "stairs" and storey.stairs_down is not None  # no floor along the flights
+    skirted = style.skirting and not upstairs
     for x0, x1 in zip(columns, columns[1:], strict=False):
         here = [o for o, low, high in holes if low <= x0 and x1 <= high]
         start = 0
@@ -53,12 +67,16 @@ def _wall(pen: Pen, length: int, storey: Storey, room: Room, side: int, style: R
                 continue
             material = style.panel if style.panel is not None and y1 <= style.panel_height else style.wall
             pen.panel(x0, y0, x1, y1, 0, material, step=WALL_STEP)
-        if style.skirting and not any(o.bottom == 0 for o in here):
+        if skirted and not any(o.bottom == 0 for o in here):
             _skirting(pen, x0, x1, home.trim)
     if style.panel is not None and style.skirting:
         for x0, x1 in _gaps(length, [(low, high) for o, low, high in holes if o.bottom < style.panel_height]):
             pen.box(x0, style.panel_height - 20, 0, x1, style.panel_height + 20, 18, home.trim, skip="BLR")
+    if home.cornice and room.kind != "stairs":
+        _cornice(pen, length, storey.height, home.ceiling)
     for opening, low, high in holes:
+        if opening.kind == "door" and high + 260 < length:
+            pen.box(high + 150, 1050, 0, high + 230, 1130, 10, WHITE, skip="B")  # a light switch
         if opening.kind == "window":
             _window(pen, opening, low, high, home)
         elif opening.kind == "entrance":
@@ -75,6 +93,14 @@ def _skirting(pen: Pen, x0: int, x1: int, material: Material) -> None:
     height, depth = SKIRTING
     pen.panel(x0, 0, x1, height, depth, material)
     pen.slab(x0, 0, x1, depth, height, material)
+
+
+def _cornice(pen: Pen, length: int, top: int, material: Material) -> None:
+    """A moulding where the wall meets the ceiling."""
+    size = 85
+    corners = [(0, top - size, 6), (length, top - size, 6), (length, top, size), (0, top, size)]
+    pen.quad(corners, material, (length, size), cuts=(max(1, length // 900), 1))
+    pen.slab(0, 0, length, 6, top - size, material, up=False)
 
 
 def _casing(pen: Pen, opening: Opening, low: int, high: int, home: HomeStyle) -> None:
@@ -126,11 +152,13 @@ def _passage(builder: Builder, storey: Storey, opening: Opening, home: HomeStyle
     low_room, high_room = (storey.rooms[index] for index in opening.rooms)
     side = 2 if opening.axis == "x" else 1  # the wall as seen from the room at the lower side
     low, high = low_room.inner.along(side, opening.low, opening.high)
-    pen = builder.pen(low_room.index, low_room.inner.frame(side)).at(0, storey.level, 0)
+    pen = builder.pen(storey.light(low_room), low_room.inner.frame(side)).at(0, storey.level, 0)
     jamb = home.trim if opening.kind == "door" else rooms[low_room.index].wall
     _reveal(pen, low, high, 0, opening.top, 2 * half, jamb)
     floors = (rooms[low_room.index].floor, rooms[high_room.index].floor)
     same = floors[0] == floors[1]
+    if opening.leaf == "closed":
+        door_leaves.closed(pen.at(low, 0, 20 - half), high - low, opening.top, home)
     pen.slab(low, -2 * half, high, 0, 0, floors[0] if same else home.dark_wood)
 
 
@@ -149,7 +177,7 @@ def _facade(builder: Builder, storey: Storey, room: Room, side: int, low: int, h
     # neighbours that go on in the same line need no corner; a wing's wall that comes towards us ends this one early
     left = _corner(outside, end, 1)
     right = _corner(outside, start, -1)
-    pen.panel(-left, 0, length + right, storey.height + 100, 0, home.facade)
+    pen.panel(-left, 0, length + right, storey.facade, 0, home.facade)
     for opening, lo, hi in storey.openings_of(room, side):
         if min(opening.rooms) >= 0:
             continue

@@ -77,6 +77,8 @@ class HomeStyle:
     front: Material
     counter: Material
     facade: Material
+    curtain: Material
+    cornice: bool
 
 
 def home_style(rng: Rng) -> HomeStyle:
@@ -98,6 +100,8 @@ def home_style(rng: Rng) -> HomeStyle:
         facade=Material("brick", (214, 150, 120), 1200)
         if rng.chance(40)
         else Material("plaster:9", rng.choice(_WALLS)),
+        curtain=Material("fabric:0", rng.choice(((240, 236, 224), (226, 222, 214), (206, 196, 176))), 300),
+        cornice=rng.chance(55),
     )
 
 

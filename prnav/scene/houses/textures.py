@@ -98,7 +98,11 @@ def _damask(rng: Rng, variant: int) -> Image:
     dx, dy = x % period - period // 2, (y + (x // period % 2) * (period // 2)) % period - period // 2
     shape = rng.below(3)
     reach = (
-        np.abs(dx) + np.abs(dy) if shape == 0 else (dx * dx + dy * dy) * 3 // period if shape == 1 else np.abs(dx * dy)
+        np.abs(dx) + np.abs(dy)
+        if shape == 0
+        else (dx * dx + dy * dy) * 3 // period
+        if shape == 1
+        else np.maximum(np.abs(dx), np.abs(dy)) * 2
     )
     mark = (reach * 4 // period) % 3 == 0
     return np.where(mark, rng.between(190, 218), 245) - _speckle(64, 64, rng.below(1 << 31)) // 50

@@ -1,9 +1,18 @@
 """prnav-scenes."""
 
+import os
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 
-from prnav.cli.scenes import contact_sheet, main
+from prnav.cli._scene_views import contact_sheet, floor_levels
+from prnav.cli.scenes import main
+from prnav.navmesh import load_navmesh
+from prnav.scene import load_scene
+from prnav.scene.houses import plan_house
 from prnav.scene.houses.manifest import MANIFEST
 
 
@@ -20,7 +29,7 @@ def test_list_names_the_homes_of_a_split(capsys):
 
 
 def test_generate_fills_the_cache_and_checks_the_hashes(capsys):
-    assert main(["generate", "--split", "val"]) == 0
+    assert main(["generate", "--split", "val", "--workers", "1"]) == 0
     assert "8 homes in the cache, hashes as in the manifest" in capsys.readouterr().out
 
 
@@ -38,7 +47,49 @@ def test_generate_writes_the_manifest_that_is_shipped(tmp_path):
 def test_info_says_size_and_walkable_area(capsys):
     assert main(["info", "prhouses/val/00"]) == 0
     out = capsys.readouterr().out
-    assert "triangles" in out and "textures" in out and "% on the largest" in out
+    assert "triangles" in out and "% on the largest" in out and "bytes" in out
+    assert "storeys    1\n" in out and "rooms" in out and "kinds" in out and "doors shut" in out
+
+
+def test_floors_of_a_home_on_two_storeys_are_found():
+    navmesh = load_navmesh(load_scene("prhouses/val/02"))
+    level = plan_house(20002)[1].level / 1000
+    assert floor_levels(navmesh) == pytest.approx([0.2, level + 0.2], abs=0.05)
+
+
+def run_generate(cache, *more):
+    code = f"from prnav.cli.scenes import main; raise SystemExit(main({['generate', '--split', 'val', *more]!r}))"
+    environment = {**os.environ, "PRNAV_CACHE": str(cache)}
+    return subprocess.Popen(
+        [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def test_two_runs_at_once_do_no_harm(tmp_path):
+    runs = [run_generate(tmp_path, "--workers", "2") for _ in range(2)]
+    outputs = [run.communicate(timeout=300)[0] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0], outputs
+    assert all("8 homes in the cache, hashes as in the manifest" in output for output in outputs)
+    files = sorted(path.name for path in (tmp_path / "houses").iterdir())
+    assert len(files) == 8 and all(name.endswith(".npz") and not name.startswith(".") for name in files)
+
+
+def test_a_run_that_was_killed_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
+    def done():
+        return {path.name: path.stat().st_mtime_ns for path in (tmp_path / "houses").glob("[!.]*.npz")}
+
+    run = run_generate(tmp_path, "--workers", "1")
+    while len(done()) < 2 and run.poll() is None:
+        time.sleep(0.01)
+    run.kill()
+    run.communicate()
+    before = done()
+    assert len(before) >= 2
+    monkeypatch.setenv("PRNAV_CACHE", str(tmp_path))
+    assert main(["generate", "--split", "val", "--workers", "1"]) == 0
+    assert "8 homes in the cache" in capsys.readouterr().out
+    after = done()
+    assert len(after) == 8 and before.items() <= after.items()
 
 
 def test_info_of_an_unknown_scene_is_one_line(capsys):

@@ -5,7 +5,7 @@ import pytest
 
 from prnav.env import EnvConfig
 from prnav.evaluate.maps import load_maps
-from prnav.evaluate.pointgoal import evaluate_pointgoal, load_questions
+from prnav.evaluate.navigation import evaluate_navigation, load_questions
 from prnav.evaluate.records import load_evaluation, load_trajectories
 
 
@@ -20,7 +20,7 @@ def questions(config):
 
 
 def test_the_oracle_always_arrives_and_hardly_wastes_a_step(questions, config, tmp_path):
-    evaluation = evaluate_pointgoal(questions, config, tmp_path, agent="shortest-path", num_envs=12)
+    evaluation = evaluate_navigation(questions, config, tmp_path, agent="shortest-path", num_envs=12)
     assert evaluation.header["measures"]["success"]["mean"] == 1.0
     assert evaluation.header["measures"]["spl"]["mean"] > 0.9
     assert evaluation.header["episodes"] == 12
@@ -29,15 +29,15 @@ def test_the_oracle_always_arrives_and_hardly_wastes_a_step(questions, config, t
 
 def test_records_are_the_same_bytes_for_batches_of_1_8_and_64(questions, config, tmp_path):
     for count in (1, 8, 64):
-        evaluate_pointgoal(questions, config, tmp_path / str(count), agent="random", num_envs=count, seed=5)
+        evaluate_navigation(questions, config, tmp_path / str(count), agent="random", num_envs=count, seed=5)
     for name in ("records.jsonl", "trajectories.npz", "maps.npz", "evaluation.json"):
         assert len({(tmp_path / str(count) / name).read_bytes() for count in (1, 8, 64)}) == 1, name
-    other = evaluate_pointgoal(questions, config, tmp_path / "other", agent="random", seed=6)
+    other = evaluate_navigation(questions, config, tmp_path / "other", agent="random", seed=6)
     assert other.rows != load_evaluation(tmp_path / "1").rows
 
 
 def test_measures_follow_from_the_trajectories(questions, config, tmp_path):
-    evaluation = evaluate_pointgoal(questions, config, tmp_path, agent="goal-follower")
+    evaluation = evaluate_navigation(questions, config, tmp_path, agent="goal-follower")
     source = questions.source
     for row, trajectory in zip(evaluation.rows, load_trajectories(evaluation), strict=True):
         navmesh = source.world.navmeshes[source.world.index[row["scene_id"]]]
@@ -53,7 +53,7 @@ def test_measures_follow_from_the_trajectories(questions, config, tmp_path):
 
 
 def test_trajectories_stay_on_the_floor_plans(questions, config, tmp_path):
-    evaluation = evaluate_pointgoal(questions, config, tmp_path, agent="random")
+    evaluation = evaluate_navigation(questions, config, tmp_path, agent="random")
     (floor,) = load_maps(tmp_path)
     assert floor.scene_id == questions.source.world.scene_ids[0]
     points = np.concatenate([t.positions for t in load_trajectories(evaluation)])

@@ -1,6 +1,6 @@
-"""PointGoalNav over N slots, each playing one episode at a time: the core that every environment is a layer on.
+"""A navigation task over N slots, each playing one episode at a time: the core that every environment is a layer on.
 
-There is no reset on its own here: :meth:`PointGoalSlots.begin` puts a slot at an episode's start. All arrays have the
+There is no reset on its own here: :meth:`NavigationSlots.begin` puts a slot at an episode's start. All arrays have the
 slots on the first axis; nothing loops over them.
 """
 
@@ -17,10 +17,10 @@ from prnav.errors import DesignError, EpisodeError
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
 from prnav.sensors import compass, gps, load_design, pointgoal, theta_to_pose
-from prnav.sim import HOLD, STOP, Simulator
+from prnav.sim import FORWARD, HOLD, STOP, Simulator
 from prnav.sim.expert import shortest_path_actions
-from prnav.tasks import soft_spl, spl
-from prnav.tasks.pointgoal import reward, succeeded
+from prnav.tasks import TargetNavConfig, judge, soft_spl, spl
+from prnav.tasks.targetnav import spheres
 
 Observations = dict[str, NDArray[Any]]
 """float32, but for pictures, which are bytes."""
@@ -40,7 +40,7 @@ _STATE = (
 """Arrays that, with the simulator's, say everything about the slots."""
 
 
-class PointGoalSlots:
+class NavigationSlots:
     """N agents playing episodes of a source; what happens in one slot depends on its episode and actions alone."""
 
     def __init__(self, source: EpisodeSource, num_slots: int, config: EnvConfig):
@@ -48,6 +48,9 @@ class PointGoalSlots:
             raise EpisodeError("there are no episodes to play; generate some with prnav-episodes generate")
         self.source = source
         self.config = config
+        self.rules = config.rules
+        self.first_action = FORWARD if config.targetnav else STOP
+        """The simulator's number of the task's action 0: TargetNav has no stop."""
         self.num_slots = num_slots
         self.design = load_design(config.design)
         self.num_sensors = len(self.design.sensors)
@@ -124,9 +127,11 @@ class PointGoalSlots:
         self.terminated[slots] = self.truncated[slots] = False
 
     def advance(self, actions: ArrayLike) -> NDArray[np.bool_]:
-        """Take one step in each slot, none where the action is HOLD; True where the episode ended, (N,)."""
+        """Take one step in each slot, none where the action is HOLD; True where the episode ended, (N,).
+
+        Actions are numbered as the simulator does, whatever the task.
+        """
         actions = np.asarray(actions, np.int64)
-        task = self.config.task
         acting = actions != HOLD
         self.path_length += self.simulator.step(actions)
         self.collisions += acting & self.simulator.collided
@@ -135,14 +140,14 @@ class PointGoalSlots:
         moving = np.flatnonzero(acting)
         after = before.copy()
         after[moving] = self.fields.query(moving, self.simulator.positions[moving])[0]
-        stopped = actions == STOP
-        self.success = np.where(acting, succeeded(stopped, after, task), self.success)
-        self.rewards = np.where(acting, reward(stopped, self.success, before, after, task), 0.0)
+        verdict = judge(self.rules, actions == STOP, before, after)
+        self.success = np.where(acting, verdict.success, self.success)
+        self.rewards = np.where(acting, verdict.rewards, 0.0)
         self.total_reward += self.rewards
         self.distance = after
         self.closest = np.minimum(self.closest, after)
-        self.terminated = stopped
-        self.truncated = acting & ~stopped & (self.steps >= task.max_steps)
+        self.terminated = acting & verdict.terminated
+        self.truncated = acting & ~self.terminated & (self.steps >= self.rules.max_steps)
         return self.terminated | self.truncated
 
     def observe(self, slots: ArrayLike | None = None) -> Observations:
@@ -155,24 +160,56 @@ class PointGoalSlots:
             "design": self.theta[rows].astype(np.float32),
             "gps": gps(positions, starts, start_yaws),
             "compass": compass(yaws, start_yaws)[:, None],
-            "pointgoal": pointgoal(positions, yaws, self.source.goals[episodes]),
         }
+        if self.config.targetnav is None:
+            observations["pointgoal"] = pointgoal(positions, yaws, self.source.goals[episodes])
         if self.renderer is not None:
-            view = self.simulator.scene_index[rows], positions, yaws, self.poses[rows]
             if self.config.camera_size:
-                observations["camera"] = as_bytes(self.renderer.image(*view, size=self.config.camera_size))
+                observations["camera"] = as_bytes(self.picture(episodes, positions, yaws, self.poses[rows]))
             else:
-                readings = self.renderer.read(*view, grid=self.config.grid)
-                observations["photoreceptors"] = readings.reshape(len(rows), self.num_sensors, -1, 3)
+                observations["photoreceptors"] = self.read(episodes, positions, yaws, self.poses[rows])
         return observations
+
+    def read(
+        self,
+        episodes: NDArray[np.int64],
+        positions: NDArray[np.float64],
+        yaws: NDArray[np.float64],
+        poses: NDArray[np.float64],
+    ) -> NDArray[np.float32]:
+        """What receptors read in episodes (n,) at positions (n, 3) [m] and yaws (n,), (n, K, B*B, 3), 0 to 1.
+
+        Sensor poses (n, K, 7) are on the body; a visible target is there.
+        """
+        assert self.renderer is not None
+        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
+        readings = self.renderer.read(scenes, positions, yaws, poses, grid=self.config.grid, spheres=balls)
+        return readings.reshape(len(episodes), poses.shape[1], -1, 3)
+
+    def picture(
+        self,
+        episodes: NDArray[np.int64],
+        positions: NDArray[np.float64],
+        yaws: NDArray[np.float64],
+        poses: NDArray[np.float64],
+    ) -> NDArray[np.float32]:
+        """What cameras see, as :meth:`read`: (n, K, H, W, 3), 0 to 1."""
+        assert self.renderer is not None
+        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
+        return self.renderer.image(scenes, positions, yaws, poses, size=self.config.camera_size, spheres=balls)
+
+    def _targets(self, episodes: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """Spheres (n, 4) that are there to be seen in episodes (n,)."""
+        if not isinstance(self.rules, TargetNavConfig):
+            return None
+        return spheres(self.source.goals[episodes], self.rules)
 
     def expert_actions(self) -> NDArray[np.int64]:
         """The shortest-path follower's action in every slot, (N,); HOLD in slots that have no episode."""
         actions = np.full(self.num_slots, HOLD, np.int64)
         playing = np.flatnonzero(self.episode >= 0)
-        actions[playing] = shortest_path_actions(
-            self.simulator, self.fields, playing, self.config.task.success_distance
-        )
+        reach = self.rules.success_distance
+        actions[playing] = shortest_path_actions(self.simulator, self.fields, playing, reach)
         return actions
 
     def measures(self, slots: ArrayLike | None = None) -> dict[str, NDArray[np.float64]]:
@@ -185,6 +222,7 @@ class PointGoalSlots:
             "soft_spl": soft_spl(self.distance[rows], shortest, taken),
             "soft_spl_closest": soft_spl(self.closest[rows], shortest, taken),
             "distance_to_goal": self.distance[rows],
+            "closest_distance": self.closest[rows],
             "collisions": self.collisions[rows],
             "path_length": taken,
             "steps": self.steps[rows],

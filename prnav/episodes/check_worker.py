@@ -1,0 +1,166 @@
+"""The process that reads one file after another for :mod:`.check_files`: a line of JSON in, a line of JSON out."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prnav.episodes.check import duplicate_ids
+from prnav.episodes.files import read_episode_file
+from prnav.episodes.table import EpisodeTable
+from prnav.errors import EpisodeError, NavMeshError, PrnavError, SceneError
+from prnav.navmesh import NavMesh
+from prnav.scene import SceneFile, SceneMesh, SceneSet, open_scene_set, resolve_scene
+from prnav.scene.habitat_configs import read_config
+from prnav.scene.library import parse_scene
+
+OVERLAP_MARGIN = 1.0
+"""How far [m] a navmesh may stand out of its scene's bounding box."""
+
+
+def check_scene(path: Path) -> list[str]:
+    """Read a mesh file; notes.
+
+    Raises:
+        SceneError: it does not work.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = parse_scene(SceneFile(path.name, path))
+    return [_size(scene), *dict.fromkeys(str(warning.message).removeprefix(f"scene {path}: ") for warning in caught)]
+
+
+def check_data_scene(scenes: SceneSet, scene_id: str) -> list[str]:
+    """Read a data set's scene with its objects and its navmesh; notes.
+
+    Raises:
+        SceneError: a file of it does not work.
+        NavMeshError: its navmesh does not work, or belongs to another frame.
+    """
+    place = scenes.scene(scene_id)
+    scene = parse_scene(place)
+    if place.navmesh is None:
+        return [_size(scene), "no .navmesh beside it: one is built on first use"]
+    navmesh = NavMesh.load(place.navmesh)
+    low, high = scene.bounds.astype(np.float64)
+    if (navmesh.bounds[1] < low - OVERLAP_MARGIN).any() or (navmesh.bounds[0] > high + OVERLAP_MARGIN).any():
+        raise NavMeshError(
+            f"navmesh {place.navmesh.name} is from {navmesh.bounds[0].round(1).tolist()} to "
+            f"{navmesh.bounds[1].round(1).tolist()}, its scene from {low.round(1).tolist()} to "
+            f"{high.round(1).tolist()}; they belong to different scenes, or the up axis is wrong"
+        )
+    return [_size(scene), f"navmesh {place.navmesh.name}: {navmesh.area:.1f} m2"]
+
+
+def check_navmesh(path: Path) -> list[str]:
+    """Read a navmesh; notes.
+
+    Raises:
+        NavMeshError: it does not work.
+    """
+    navmesh = NavMesh.load(path)
+    return [f"{navmesh.area:.1f} m2 on {_count(len(navmesh.islands), 'island')}"]
+
+
+def check_episodes(path: Path, folder: Path, scenes: SceneSet | None) -> list[str]:
+    """Read one episode file and look for its scenes; notes.
+
+    Raises:
+        EpisodeError: the file or an episode in it does not work, or a scene id leaves the folder.
+    """
+    _, episodes = read_episode_file(path)
+    if not episodes:
+        return ["no episodes of its own (they are in content/ beside it)"]
+    if several := [episode for episode in episodes if len(episode.goals) != 1]:
+        raise EpisodeError(
+            f"{path}: episode {several[0].episode_id} has {len(several[0].goals)} goals; point-goal navigation takes "
+            "exactly one"
+        )
+    table = EpisodeTable.from_episodes(episodes)
+    if twice := duplicate_ids(table):
+        raise EpisodeError(f"{path}: {twice[0]}")
+    absent = []
+    for scene_id in table.scene_ids:
+        try:
+            if scenes is None:
+                resolve_scene(scene_id, folder)
+            else:
+                scenes.scene(scene_id)
+        except SceneError as error:
+            if "is not found" not in str(error) and "is not in data set" not in str(error):
+                raise EpisodeError(f"{path}: {error}") from error
+            absent.append(scene_id)
+    notes = [f"{_count(len(table), 'episode')} in {_count(len(table.scene_ids), 'scene')}"]
+    if absent:
+        more = f" and {len(absent) - 1} more" if len(absent) > 1 else ""
+        notes.append(f"its scenes are not here: {absent[0]}{more}")
+    return notes
+
+
+def answer(request: dict[str, Any], folder: Path, data: str | None, memory: int) -> dict[str, Any]:
+    """What a request comes to: {"problem": text or None, "notes": [...]}."""
+    path, kind = Path(request["path"]), request["kind"]
+    if path.exists() and not path.is_file():
+        return {"problem": "it is no regular file but a folder, a device or a pipe; put the file itself there"}
+    try:
+        if kind == "scene" and request["scene_id"] is not None and data is not None:
+            notes = check_data_scene(_scene_set(data, folder), request["scene_id"])
+        elif kind == "scene":
+            notes = check_scene(path)
+        elif kind == "navmesh":
+            notes = check_navmesh(path)
+        elif kind == "config":
+            read_config(path)
+            notes = []
+        else:
+            notes = check_episodes(path, folder, None if data is None else _scene_set(data, folder))
+    except PrnavError as error:
+        return {"problem": str(error)}
+    except MemoryError:
+        gigabytes = memory / 2**30
+        return {"problem": f"needs more than {gigabytes:g} GB of memory; simplify it, or allow more (--memory)"}
+    except Exception as error:  # the pass goes on whatever a file does, and the report says that it is our fault
+        return {
+            "problem": f"unexpected {type(error).__name__}: {str(error)[:200]} (a fault of prnav; please report it)"
+        }
+    return {"problem": None, "notes": notes}
+
+
+@cache
+def _scene_set(data: str, folder: Path) -> SceneSet:
+    return open_scene_set(data, folder)
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number:,} {word}{'s' * (number != 1)}"
+
+
+def _size(scene: SceneMesh) -> str:
+    low, high = scene.bounds
+    size = " x ".join(f"{value:.1f}" for value in high - low)
+    return f"{len(scene.faces):,} triangles, {scene.atlas.num_textures - 1} textures, {size} m"
+
+
+def main(arguments: list[str]) -> None:
+    """Answer requests until there are no more."""
+    folder, data, memory = Path(arguments[0]), arguments[1] or None, int(arguments[2])
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    replies = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints does not get among the replies
+    for line in sys.stdin.buffer:
+        reply = answer(json.loads(line), folder, data, memory)
+        replies.write(json.dumps(reply).encode() + b"\n")
+        replies.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

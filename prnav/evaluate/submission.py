@@ -1,0 +1,125 @@
+"""The result file: one evaluation in a few kilobytes, which anyone with the records can compute again.
+
+It says what it is of, and stands beside the records. Verifying reads each episode's trajectory, works out path
+length, steps, collisions, success, SPL, SoftSPL and reward anew, holds the rows to them, and then the means and
+intervals to the rows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prnav.errors import RecordError
+from prnav.evaluate.benchmark import BENCHMARK
+from prnav.evaluate.evaluator import Trajectory
+from prnav.evaluate.records import RECORDS, TRAJECTORIES, Evaluation, load_evaluation, load_trajectories
+from prnav.evaluate.summary import summarise
+from prnav.files import sha256_file, write_text
+from prnav.tasks import soft_spl, spl
+
+SUBMISSION = "submission.json"
+KIND, FORMAT = "prnav-result", 1
+TOLERANCE = 1e-9
+"""How far a number may be from what is computed again: sums are taken in another order."""
+
+STOP = 0
+
+
+def write_submission(evaluation: Evaluation) -> Path:
+    """Write ``submission.json`` beside the records of a finished evaluation."""
+    head = {key: value for key, value in evaluation.header.items() if key not in ("format", "finished")}
+    files = {name: sha256_file(evaluation.directory / name) for name in (RECORDS, TRAJECTORIES)}
+    path = evaluation.directory / SUBMISSION
+    write_text(path, json.dumps({"kind": KIND, "format": FORMAT, **head, "sha256": files}, indent=1) + "\n")
+    return path
+
+
+def verify_submission(path: str | Path, records: str | Path | None = None) -> Evaluation:
+    """Compute a result file's numbers again from its records.
+
+    Args:
+        path: the result file.
+        records: folder of the records; where the file stands, by default.
+
+    Raises:
+        RecordError: the file or the records are broken, of another benchmark version, or not of each other, or a
+            number is not what the records give.
+    """
+    path = Path(path)
+    told = _read(path)
+    folder = path.parent if records is None else Path(records)
+    evaluation = load_evaluation(folder)
+    for name, digest in told["sha256"].items():
+        if name not in (RECORDS, TRAJECTORIES):
+            raise RecordError(f"{path}: 'sha256' names {name!r}; valid: {RECORDS}, {TRAJECTORIES}")
+        if not (folder / name).is_file() or sha256_file(folder / name) != digest:
+            raise RecordError(
+                f"{path}: {folder / name} is not the file it was computed from (SHA-256 differs); give the records' "
+                f"folder with --records DIR, or make the result anew with prnav-eval --submit"
+            )
+    for key, value in evaluation.header.items():
+        if key not in ("format", "finished") and told.get(key) != value:
+            raise RecordError(f"{path}: {key!r} is not that of the records in {folder}; make it anew with --submit")
+    for number, (row, track) in enumerate(zip(evaluation.rows, load_trajectories(evaluation), strict=True), start=1):
+        for key, value in measured(row, track, told).items():
+            if key in row and not abs(float(row[key]) - value) <= TOLERANCE:
+                raise RecordError(
+                    f"{folder / RECORDS}: line {number}: {key} is {row[key]!r}, and its trajectory gives {value!r}; "
+                    f"evaluate again with prnav-eval --restart"
+                )
+    for key, interval in summarise(evaluation.rows).items():
+        for name, value in dataclasses.asdict(interval).items():
+            stated = told["measures"].get(key, {}).get(name)
+            if not (stated is None and np.isinf(value)) and not (
+                isinstance(stated, int | float) and abs(stated - value) <= TOLERANCE
+            ):
+                raise RecordError(f"{path}: {key} {name} is {stated!r}, and the records give {value!r}")
+    return evaluation
+
+
+def measured(row: Mapping[str, Any], track: Trajectory, head: Mapping[str, Any]) -> dict[str, float]:
+    """Measures of an episode worked out from its trajectory, its distances to the goal and the task's rules."""
+    rules = head["rules"]
+    stops = len(track.actions) > 0 and int(track.actions[-1]) == STOP
+    taken = float(np.linalg.norm(np.diff(track.positions, axis=0), axis=1).sum())
+    left, shortest = float(row["distance_to_goal"]), float(row["geodesic_distance"])
+    near = left <= rules["success_distance"]
+    success = near if head["task"] == "targetnav" else near and stops
+    walked = len(track.actions) - stops
+    reward = shortest - left - rules["slack"] * walked + rules["success_reward"] * success
+    return {
+        "success": float(success),
+        "spl": float(spl(success, shortest, taken)),
+        "soft_spl": float(soft_spl(left, shortest, taken)),
+        "soft_spl_closest": float(soft_spl(row["closest_distance"], shortest, taken)),
+        "path_length": taken,
+        "steps": float(len(track.actions)),
+        "collisions": float(track.collisions.sum()),
+        "reward": reward,
+    }
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RecordError(f"{path}: cannot be read ({error}); give a file that prnav-eval --submit wrote") from error
+    if not isinstance(told, dict) or told.get("kind") != KIND:
+        raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
+    if told.get("format") != FORMAT:
+        raise RecordError(f"{path}: format {told.get('format')!r}; this version of prnav reads {FORMAT}")
+    if told.get("benchmark") not in (None, BENCHMARK):
+        raise RecordError(
+            f"{path}: a result of benchmark {told['benchmark']}, and this version of prnav has {BENCHMARK}; verify it "
+            f"with prnav {told.get('version')}"
+        )
+    lacking = [key for key in ("task", "rules", "measures", "sha256") if not isinstance(told.get(key), dict | str)]
+    if lacking:
+        raise RecordError(f"{path}: lacks {', '.join(lacking)}; make it anew with prnav-eval --submit")
+    return told

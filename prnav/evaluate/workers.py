@@ -1,0 +1,115 @@
+"""Several processes that share an evaluation's episodes; which of them plays what changes no result.
+
+Each loads the world from the cache and builds its own slots and agent. The next episode is whatever a shared counter
+says, so that nobody waits for a fixed share to end; finished episodes come back through a queue to the one writer.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import queue
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing.queues import Queue
+from typing import TYPE_CHECKING, Any
+
+from prnav.errors import PrnavError
+from prnav.evaluate.evaluator import Played, play_episodes
+
+if TYPE_CHECKING:
+    from prnav.evaluate.navigation import Player, Questions
+
+PATIENCE = 1.0
+"""How long to wait for an episode before looking whether the workers still live [s]."""
+
+
+def play_in_processes(
+    player: Player,
+    questions: Questions,
+    todo: Sequence[int],
+    seed: int,
+    workers: int,
+    on_played: Callable[[Played], None],
+) -> None:
+    """Play each of ``todo`` once, as :func:`prnav.evaluate.evaluator.play_episodes` does, in ``workers`` processes.
+
+    Raises:
+        PrnavError: what a worker met, or that one died.
+    """
+    context = multiprocessing.get_context("spawn")
+    counter = context.Value("q", 0)
+    answers: Queue[Any] = context.Queue()
+    asked = (questions.config, questions.limit, questions.up)
+    slots = -(-player.num_envs // workers)
+    arguments = (player, asked, list(todo), seed, slots, counter, answers)
+    processes = [context.Process(target=_work, args=arguments, daemon=True) for _ in range(workers)]
+    for process in processes:
+        process.start()
+    try:
+        left = len(todo)
+        while left:
+            try:
+                answer = answers.get(timeout=PATIENCE)
+            except queue.Empty:
+                dead = [process.exitcode for process in processes if process.exitcode]
+                if dead:
+                    raise PrnavError(
+                        f"a worker process of the evaluation ended with status {dead[0]}; what is done is kept: give "
+                        f"the same command again, with --workers 1 if it happens again"
+                    ) from None
+                continue
+            if isinstance(answer, PrnavError):
+                raise answer
+            on_played(answer)
+            left -= 1
+    finally:
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join()
+        answers.close()
+
+
+def _work(
+    player: Player,
+    asked: tuple[Any, int | None, str | None],
+    todo: Sequence[int],
+    seed: int,
+    num_slots: int,
+    counter: Any,
+    answers: Queue[Any],
+) -> None:
+    """A worker's life."""
+    from prnav.env.episode_source import load_source
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        config, limit, up = asked
+        slots, agent = player.build(load_source(config, limit=limit, up=up), num_slots)
+        play_episodes(slots, agent, _next(todo, counter), seed, answers.put)
+    except PrnavError as error:
+        answers.put(error)
+    answers.close()
+    answers.join_thread()
+
+
+def _end_with_parent() -> None:
+    """End this process at once when the parent is gone, however it went: nobody is left to take an answer."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:
+    """Episodes that no other worker has taken."""
+    while True:
+        with counter.get_lock():
+            place = counter.value
+            counter.value += 1
+        if place >= len(todo):
+            return
+        yield todo[place]

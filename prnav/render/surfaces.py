@@ -1,0 +1,68 @@
+"""What shading needs of each triangle, in one record of one cache line: the same bytes on the CPU and on the GPU."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.errors import RenderError
+from prnav.render.charts import cached_coarsest_levels
+from prnav.render.kernels import fill_surfaces
+
+if TYPE_CHECKING:
+    from prnav.scene.mesh import SceneMesh
+
+SURFACE = np.dtype(
+    [
+        *((name, np.float32) for name in ("u", "v", "u1", "v1", "u2", "v2", "texels", "density")),
+        *((name, np.int32) for name in ("offset", "width", "height", "coarsest", "color0", "color1", "color2")),
+        ("tinted", np.int32),
+    ]
+)
+"""Record of a triangle, 64 bytes.
+
+u, v of corner 0 and the differences of corners 1 and 2 to it; its doubled area in texels of level 0, and texels per
+square metre; its texture's first texel, width, height and coarsest level allowed; the corners' colours as
+``red | green << 8 | blue << 16``, and 1 where any is not white.
+"""
+
+LINE = 64
+"""Bytes of a cache line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """Records of a mesh's triangles and its texels."""
+
+    records: NDArray[Any]
+    """Of type :data:`SURFACE`, shape (F,), each in a cache line of its own."""
+    texels: NDArray[np.uint32]
+    """``red | green << 8 | blue << 16 | alpha << 24``, shape (T,)."""
+
+    @classmethod
+    def of(cls, mesh: SceneMesh) -> Surfaces:
+        """Records of a mesh.
+
+        Raises:
+            RenderError: its textures have 2^31 texels or more.
+        """
+        count = len(mesh.atlas.texels)
+        if count >= 2**31:
+            raise RenderError(f"scene {mesh.name}: its textures have {count} texels; fewer than 2^31 are supported")
+        space = np.zeros(len(mesh.faces) * SURFACE.itemsize + LINE, dtype=np.uint8)
+        first = -space.ctypes.data % LINE
+        records = space[first : first + len(mesh.faces) * SURFACE.itemsize].view(SURFACE)
+        table = mesh.atlas.table
+        levels = cached_coarsest_levels(mesh)
+        fill_surfaces(mesh.vertices, mesh.faces, mesh.uvs, mesh.face_texture, mesh.colors, table, levels, records)
+        texels = np.ascontiguousarray(mesh.atlas.texels).view(np.uint32).ravel()
+        return cls(records, texels if sys.byteorder == "little" else texels.byteswap())
+
+    @property
+    def nbytes(self) -> int:
+        """Memory [bytes]."""
+        return int(self.records.nbytes + self.texels.nbytes)

@@ -1,0 +1,40 @@
+"""Built-in homes made by several processes at once, into the cache."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+
+from prnav.scene.houses.manifest import HomeHashes
+from prnav.scene.library import load_scene
+
+
+def usable_cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def make_homes(names: Sequence[str], workers: int) -> Iterator[tuple[str, HomeHashes]]:
+    """Make homes that are not in the cache yet, and yield each one's hashes as it is done, in no fixed order.
+
+    Every home is written at once or not at all: a run that was stopped goes on where it was, and two runs at the same
+    time do work twice, but no harm.
+    """
+    if workers <= 1 or len(names) <= 1:
+        for name in names:
+            yield name, _make(name)
+        return
+    context = multiprocessing.get_context("spawn")  # forking is unsafe where a library has started threads
+    with ProcessPoolExecutor(min(workers, len(names)), mp_context=context) as pool:
+        tasks = {pool.submit(_make, name): name for name in names}
+        try:
+            for task in as_completed(tasks):
+                yield tasks[task], task.result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _make(name: str) -> HomeHashes:
+    return HomeHashes.of(load_scene(name))
