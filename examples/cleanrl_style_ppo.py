@@ -82,7 +82,7 @@ def main(steps: int = 8192, num_envs: int = 8, rollout: int = 32, seed: int = 0,
             loss.backward()
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
             optimizer.step()
-        losses.append(float(loss))
+        losses.append(loss.item())
     envs.close()
     return losses
 

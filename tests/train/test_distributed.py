@@ -89,6 +89,18 @@ def test_a_lost_worker_is_said_to_be_and_the_run_resumes_to_the_same_bits(tmp_pa
     assert "it is of 2 worker(s), and 1 would go on; resume with torchrun --nproc-per-node 2" in error
 
 
+@pytest.mark.slow
+def test_a_signal_to_one_worker_saves_and_ends_all(tmp_path):
+    processes = start("train", tmp_path, "1000000000", "1.0")
+    while int(processes[0].stdout.readline()) < 2:
+        pass
+    processes[1].send_signal(signal.SIGUSR1)
+    finish(processes)
+    last = int(list_checkpoints(RunFolder(tmp_path / "run").checkpoints)[-1].stem[5:])
+    assert last == read_metrics(tmp_path / "run")[-1]["step"] >= 2 * 256
+    assert (tmp_path / "run" / "checkpoints" / f"step-{last:012d}.worker-1.safetensors").exists()
+
+
 def test_a_straggler_is_cut_short(tmp_path):
     results = finish(start("train", tmp_path, "400", "0.5"))
     lengths = [[line.split()[1:] for line in out.splitlines() if line.startswith("lengths")][0] for out, _ in results]
