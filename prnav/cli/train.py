@@ -36,9 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("task", choices=("pointgoal",), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
     p.add_argument("--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: quickstart)")
-    p.add_argument(
-        "--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them"
-    )
+    p.add_argument("--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them")
     p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")

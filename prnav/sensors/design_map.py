@@ -68,7 +68,7 @@ def pose_to_theta(pose: ArrayLike, design: Design) -> Float64:
 
 
 def effective_theta(theta: ArrayLike, design: Design) -> Float64:
-    """theta (..., K, 7) with frozen axes at 0 and followers as their leaders make them.
+    """Theta (..., K, 7) with frozen axes at 0 and followers as their leaders make them.
 
     Raises:
         DesignError: theta does not fit the design's number of sensors, or is not finite.
@@ -95,7 +95,7 @@ def free_values(theta: ArrayLike, design: Design) -> Float64:
 
 
 def with_free_values(values: ArrayLike, design: Design) -> Float64:
-    """theta (..., K, 7) from its free coordinates (..., n): the inverse of :func:`free_values`."""
+    """Theta (..., K, 7) from its free coordinates (..., n): the inverse of :func:`free_values`."""
     values = np.asarray(values, np.float64)
     theta = np.zeros((*values.shape[:-1], design.num_sensors, 7))
     theta[..., design.free] = values

@@ -210,7 +210,7 @@ def _welded(vertices: Float64, faces: NDArray[np.int64]) -> tuple[Float64, NDArr
 
 
 def _closest(points: Float64, corners: Float64) -> Float64:
-    """Closest points (N, 3) of triangles (F, 3, 3): the foot of the perpendicular where it lies inside, else an edge."""
+    """Closest points (N, 3) of triangles (F, 3, 3): the foot of the perpendicular, else a place on an edge."""
     best, result = np.full(len(points), np.inf), np.zeros_like(points)
 
     def offer(candidates: Float64, valid: NDArray[np.bool_]) -> None:
