@@ -31,7 +31,9 @@ class DesignableEnvs(Protocol):
     action_space: Any
     single_action_space: Any
 
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode in each agent."""
         ...
 

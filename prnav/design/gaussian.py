@@ -47,7 +47,9 @@ class DesignPolicyConfig:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be positive")
         if not self.std_min <= self.std <= self.std_max:
-            raise ValueError(f"std is {self.std}; it must lie within std_min ({self.std_min}) and std_max ({self.std_max})")
+            raise ValueError(
+                f"std is {self.std}; it must lie within std_min ({self.std_min}) and std_max ({self.std_max})"
+            )
         if self.epochs < 1:
             raise ValueError(f"epochs is {self.epochs}; it must be at least 1")
 

@@ -175,7 +175,7 @@ class Proxy:
         config = self.config
         count = config.pose_places
         rng = np.random.Generator(np.random.PCG64([config.seed, 1]))
-        homes = np.arange(config.pose_homes)
+        homes = range(config.pose_homes)
         points = [self.world.navmeshes[home].random_points(count, config.seed * 1000 + 500 + home) for home in homes]
         yaws = rng.uniform(-math.pi, math.pi, count * len(homes))
         return np.repeat(homes, count), np.concatenate(points), yaws
@@ -211,12 +211,14 @@ class Proxy:
 
 
 def draw_places(world: World, config: ProxyConfig) -> Places:
-    """Places in the homes of ``world``, and what is true there; those from which no goal can be reached are left out."""
+    """Places in the homes of ``world``, and what is true there; those without a way to their goal are left out."""
     homes, per_home = len(world.scenes), -(-config.places // len(world.scenes))
     rng = np.random.Generator(np.random.PCG64(config.seed))
     scenes = np.repeat(np.arange(homes), per_home)
     points = [navmesh.random_points(per_home, config.seed * 1000 + i) for i, navmesh in enumerate(world.navmeshes)]
-    goals = [navmesh.random_points(config.goals, config.seed * 1000 + 900 + i) for i, navmesh in enumerate(world.navmeshes)]
+    goals = [
+        navmesh.random_points(config.goals, config.seed * 1000 + 900 + i) for i, navmesh in enumerate(world.navmeshes)
+    ]
     positions = np.concatenate(points)
     yaws = rng.uniform(-math.pi, math.pi, len(scenes))
     goal = rng.integers(0, config.goals, len(scenes))
@@ -243,7 +245,9 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
         positions=positions[kept],
         yaws=yaws[kept],
         free=np.log(0.1 + free[kept]),
-        goals=np.stack([np.log1p(away[:, 0]), np.exp(-2.0 * away[:, 0]), np.sin(away[:, 1]), np.cos(away[:, 1])], 1)[kept],
+        goals=np.stack([np.log1p(away[:, 0]), np.exp(-2.0 * away[:, 0]), np.sin(away[:, 1]), np.cos(away[:, 1])], 1)[
+            kept
+        ],
         way=np.stack([np.sin(turn), np.cos(turn)], axis=1)[kept],
         spheres=spheres[kept],
         target=np.stack([np.sin(bearing), np.cos(bearing), far], axis=1)[kept],

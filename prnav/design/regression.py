@@ -25,7 +25,7 @@ def fit_and_test(
 ) -> Float64:
     """R^2 of each target (T,) on the rows held out, after a fit on the others.
 
-    The penalty is the one that does best on a third of the fitted groups, fitted on the other two thirds: groups (homes)
+    The penalty is the one that does best on a third of the fitted groups after a fit on the other two: groups (homes)
     are never split, so that nothing of a home tells about itself.
 
     Args:

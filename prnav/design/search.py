@@ -96,7 +96,11 @@ def search(
         raise ConfigError(f"design {design.name}: all its axes are frozen; there is nothing to search")
     store = _storage(optuna, storage)
     study = optuna.create_study(
-        study_name=name, storage=store, direction="maximize", load_if_exists=True, sampler=_sampler(optuna, method, seed)
+        study_name=name,
+        storage=store,
+        direction="maximize",
+        load_if_exists=True,
+        sampler=_sampler(optuna, method, seed),
     )
     space = {key: optuna.distributions.FloatDistribution(-config.bound, config.bound) for key in names}
     if not study.get_trials(deepcopy=False):
@@ -213,7 +217,9 @@ def _need_cmaes() -> None:
     try:
         import cmaes  # noqa: F401
     except ImportError as error:
-        raise ConfigError(f"method 'cmaes' needs cmaes ({error}); install it with: pip install 'prnav[search]'") from error
+        raise ConfigError(
+            f"method 'cmaes' needs cmaes ({error}); install it with: pip install 'prnav[search]'"
+        ) from error
 
 
 def _finished(optuna: Any, study: Any, names: list[str]) -> list[Trial]:

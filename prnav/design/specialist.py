@@ -6,7 +6,6 @@ This is the inner loop of the paper's bi-level problem, and what all figures of 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -91,7 +90,9 @@ class Judge:
         write_text(done, json.dumps(told) + "\n")
         return measures
 
-    def judge(self, policy: RecurrentPolicy, design: Design, theta: ArrayLike, env: EnvConfig | None = None) -> Measures:
+    def judge(
+        self, policy: RecurrentPolicy, design: Design, theta: ArrayLike, env: EnvConfig | None = None
+    ) -> Measures:
         """Measures (S,) of a policy at theta (K, 7) around ``design``; a generalist at its design policy's mean."""
         source = self.questions()
         count = min(self.config.num_envs, len(source))
@@ -134,7 +135,7 @@ def specialist_config(train: TrainConfig, design: Design, folder: Path, steps: i
 
 def row_of(design: Design, measures: Measures, **facts: Any) -> dict[str, Any]:
     """One line of results: who, what it cost, and each episode's measures."""
-    kept = ("success", "spl", "soft_spl", "reward", "distance_to_goal")
+    kept = ("success", "spl", "soft_spl", "soft_spl_closest", "reward", "distance_to_goal")
     return {
         "design": design.name,
         "sensors": design.num_sensors,

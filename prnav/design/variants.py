@@ -78,7 +78,7 @@ def pairs(initial: Sequence[Design], found: Sequence[Design]) -> Named:
 
 
 def _difference(initial: Design, found: Design) -> np.ndarray:
-    """theta of ``found`` around ``initial``."""
+    """Theta of ``found`` around ``initial``."""
     found.require_sensors(initial.num_sensors)
     if found.body.shape != initial.body.shape:
         raise DesignError(f"designs {initial.name} and {found.name} sit on different bodies; give two of one body")

@@ -108,7 +108,8 @@ def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
 
 
 def _design(table: _DesignTable, path: Path) -> Design:
-    rows, links = [], []
+    rows: list[list[float]] = []
+    links: list[Link] = []
     for index, sensor in enumerate(table.sensors):
         leader = sensor.tied_to if sensor.mirror_of is None else sensor.mirror_of
         if leader is not None:

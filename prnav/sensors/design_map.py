@@ -172,7 +172,7 @@ def _within(
 
     def inside(shares: Float64) -> NDArray[np.bool_]:
         there = body.move(start, shares[..., None] * pushes, held)
-        return ((there >= low - 1e-12) & (there <= high + 1e-12)).all(axis=-1)
+        return np.asarray(((there >= low - 1e-12) & (there <= high + 1e-12)).all(axis=-1))
 
     good, bad = np.zeros(pushes.shape[:-1]), np.full(pushes.shape[:-1], np.nan)
     for stage in range(1, _STAGES + 1):

@@ -24,7 +24,9 @@ def test_gradient_is_that_of_the_surrogate(clip):
     point = np.concatenate([mean, log_std])
     steps = 1e-6 * np.eye(6)
     numeric = [(surrogate(point + step) - surrogate(point - step)) / 2e-6 for step in steps]
-    np.testing.assert_allclose(np.concatenate(policy_gradient(values, advantage, old, mean, log_std, clip)), numeric, rtol=1e-4)
+    np.testing.assert_allclose(
+        np.concatenate(policy_gradient(values, advantage, old, mean, log_std, clip)), numeric, rtol=1e-4
+    )
 
 
 def run(config, objective, updates=150, batch=256, size=6, seed=0):

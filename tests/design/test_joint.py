@@ -49,7 +49,10 @@ class ScoredEnv(VectorEnv):
         info = {}
         if over.any():
             score = 1.0 - ((self.theta[:, 0] - OPTIMUM) ** 2).sum(1)
-            info = {"final_obs": self._observe(), "final_info": {"soft_spl": score, "played": self.theta[:, 0, 1].copy()}}
+            info = {
+                "final_obs": self._observe(),
+                "final_info": {"soft_spl": score, "played": self.theta[:, 0, 1].copy()},
+            }
             self.theta[over] = self.waiting[over]
         self.time = np.where(over, 0, self.time + 1)
         return self._observe(), np.zeros(self.num_envs), over, np.zeros_like(over), info
@@ -86,7 +89,13 @@ def test_the_schedule_is_the_papers():
     assert turn(paper, 19_999) == Turn(True, "")
     assert turn(paper, 20_000) == Turn(True, "")
     assert [turn(paper, 20_000 + i).control for i in (399, 400, 499, 500)] == [True, False, False, True]
-    assert [turn(paper, 20_000 + i).design for i in (399, 400, 498, 499, 999)] == ["", "collect", "collect", "update", "update"]
+    assert [turn(paper, 20_000 + i).design for i in (399, 400, 498, 499, 999)] == [
+        "",
+        "collect",
+        "collect",
+        "update",
+        "update",
+    ]
     together = JointConfig(10, 400, 3, "together")
     assert [turn(together, i).design for i in range(9, 14)] == ["", "collect", "collect", "update", "collect"]
     assert turn(together, 12).control

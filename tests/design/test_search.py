@@ -31,7 +31,9 @@ def test_a_search_climbs_and_goes_on_from_its_storage(tmp_path, method):
     storage = tmp_path / "study.log"
     assert coordinate_names(DESIGN) == ["0.y", "0.yaw", "0.pitch", "0.fov"]
     seen = []
-    first = search(method, DESIGN, hill, SearchConfig(trials=12), storage, report=lambda one, best: seen.append(one.number))
+    first = search(
+        method, DESIGN, hill, SearchConfig(trials=12), storage, report=lambda one, best: seen.append(one.number)
+    )
     np.testing.assert_array_equal(first[0].values, np.zeros(4))  # the initial design
     assert seen == list(range(12))
     more = search(method, DESIGN, hill, SearchConfig(trials=40), storage, seed=1)
