@@ -95,9 +95,8 @@ def draw_gains(found: Gains, measure: str) -> Figure:
         axes.set_xlabel(f"{_label(measure)}, initial design")
         axes.set_ylabel(f"{_label(measure)}, optimised design")
         gain = found.gain
-        axes.set_title(
-            f"{found.improved} of {len(found.starts)} improved; gain {gain.mean:+.3f} ({gain.low:+.3f} to {gain.high:+.3f})"
-        )
+        ends_of_gain = f"{gain.low:+.3f} to {gain.high:+.3f}"
+        axes.set_title(f"{found.improved} of {len(found.starts)} improved; gain {gain.mean:+.3f} ({ends_of_gain})")
         axes.legend(loc="lower right")
     return figure
 

@@ -79,14 +79,16 @@ def load_rows(folders: Sequence[str | Path]) -> list[dict[str, Any]]:
             found = [json.loads(line) for line in lines]
         except (OSError, ValueError) as error:
             raise RecordError(
-                f"results {path}: cannot be read ({error}); give a folder that prnav-design optimize, evaluate or sweep made"
+                f"results {path}: cannot be read ({error}); give a folder made by prnav-design"
             ) from error
         for row in found:
             if not isinstance(row, dict) or not {"group", "design", "measures"} <= row.keys():
                 raise RecordError(f"results {path}: a line lacks group, design or measures; make them again")
             rows.append(row)
     if not rows:
-        raise RecordError(f"results {', '.join(map(str, folders))}: no line in them; let the search or sweep finish first")
+        raise RecordError(
+            f"results {', '.join(map(str, folders))}: no line in them; let the search or sweep finish first"
+        )
     return rows
 
 
@@ -121,7 +123,9 @@ def gains(rows: Sequence[Row], measure: str) -> Gains:
         after.append(two_level_interval(values[1]))
         differences += [b - a for a, b in zip(*values, strict=False) if len(a) == len(b)]
     if not kept or not differences:
-        raise RecordError("results: no pair of groups 'initial N' and 'optimised N' on equal episodes; run an optimisation")
+        raise RecordError(
+            "results: no pair of groups 'initial N' and 'optimised N' on equal episodes; run an optimisation"
+        )
     improved = sum(b.mean > a.mean for a, b in zip(before, after, strict=True))
     return Gains(tuple(kept), before, after, two_level_interval(differences), improved)
 
@@ -146,10 +150,13 @@ def transfer(rows: Sequence[Row], measures: Mapping[str, str], default: str) -> 
         measure = measures.get(task, default)
         names = dict.fromkeys(str(row["design"]) for row in own)
         means.append(
-            {n: float(np.mean([v.mean() for v in episodes([r for r in own if r["design"] == n], measure)])) for n in names}
+            {
+                n: float(np.mean([v.mean() for v in episodes([r for r in own if r["design"] == n], measure)]))
+                for n in names
+            }
         )
-    names = [name for name in means[0] if name in means[1]]
-    return correlation(names, [means[0][name] for name in names], [means[1][name] for name in names])
+    both = [name for name in means[0] if name in means[1]]
+    return correlation(both, [means[0][name] for name in both], [means[1][name] for name in both])
 
 
 def correlation(names: Sequence[str], first: Sequence[float], second: Sequence[float]) -> Correlation:
@@ -190,7 +197,9 @@ def two_level_interval(units: Sequence[Float64], confidence: float = 0.95, seed:
             rows = rng.integers(0, len(units[0]), len(units[0]))
             means[index] = np.mean([units[unit][rows].mean() for unit in chosen])
         else:
-            means[index] = np.mean([units[unit][rng.integers(0, len(units[unit]), len(units[unit]))].mean() for unit in chosen])
+            means[index] = np.mean(
+                [units[unit][rng.integers(0, len(units[unit]), len(units[unit]))].mean() for unit in chosen]
+            )
     low, high = np.quantile(means, [0.5 - confidence / 2.0, 0.5 + confidence / 2.0])
     return Interval(float(np.mean([unit.mean() for unit in units])), float(low), float(high))
 

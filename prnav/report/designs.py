@@ -105,7 +105,9 @@ def draw_body(axes: Axes3D, design: Design) -> None:
     shape = _drawn(vertices)
     light = np.abs(_facing(shape[faces])) if len(faces) else np.zeros(0)
     shades = np.array(to_rgb(_BODY)) * (0.72 + 0.28 * light[:, None])
-    axes.add_collection3d(Poly3DCollection(shape[faces], facecolors=shades, edgecolors=shades, linewidth=0.3, alpha=0.9))
+    axes.add_collection3d(
+        Poly3DCollection(shape[faces], facecolors=shades, edgecolors=shades, linewidth=0.3, alpha=0.9)
+    )
     if isinstance(design.body, Body):
         ring = shape[:48]
         for edge in (0.0, design.body.height):
@@ -144,7 +146,8 @@ def draw_body(axes: Axes3D, design: Design) -> None:
 def draw_plan(axes: Axes, design: Design) -> None:
     """The body from above, ahead is up, with each sensor's field of view as a wedge, and its numbers as a list."""
     vertices, faces = design.body.outline()
-    axes.add_collection(PolyCollection(_drawn(vertices)[faces][..., :2], facecolor=_BODY, edgecolor=_BODY, zorder=2))
+    shadow: Any = _drawn(vertices)[faces][..., :2]
+    axes.add_collection(PolyCollection(shadow, facecolor=_BODY, edgecolor=_BODY, zorder=2))
     for index, (apex, corners, axis) in enumerate(frusta(design)):
         color = style.SERIES[index % len(style.SERIES)]
         axes.fill(*_hull(np.concatenate([apex[None], corners])[:, :2]).T, color=color, alpha=0.25, zorder=3)

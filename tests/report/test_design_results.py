@@ -39,7 +39,9 @@ def test_intervals_cover_seeds_as_well_as_episodes():
     assert narrow.high - narrow.low < 0.1
     one = two_level_interval([units[0]])
     assert one.high - one.low == pytest.approx(4 * 0.1 / np.sqrt(200), rel=0.2)
-    assert two_level_interval([units[0], units[1][:7]]).mean == pytest.approx((units[0].mean() + units[1][:7].mean()) / 2)
+    assert two_level_interval([units[0], units[1][:7]]).mean == pytest.approx(
+        (units[0].mean() + units[1][:7].mean()) / 2
+    )
 
 
 def test_gains_are_paired_start_by_start():
