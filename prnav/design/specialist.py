@@ -68,7 +68,14 @@ class Judge:
             self._sources["questions"] = load_source(env, self._progress, limit=self.config.episodes)
         return self._sources["questions"]
 
-    def specialist(self, design: Design, folder: Path, steps: int | None = None, seed: int | None = None) -> Measures:
+    def specialist(
+        self,
+        design: Design,
+        folder: Path,
+        steps: int | None = None,
+        seed: int | None = None,
+        warm_for: int | None = None,
+    ) -> Measures:
         """Measures (S,) of a specialist at ``design``, trained in ``folder``; goes on where an earlier call stopped.
 
         Args:
@@ -76,8 +83,10 @@ class Judge:
             folder: files of the run.
             steps: budget in place of the config's.
             seed: in place of the config's.
+            warm_for: budget whose share of warm start it has, where ``steps`` grow from call to call.
         """
-        config = specialist_config(self.train, design, folder, steps or self.config.steps, seed or self.config.seed)
+        budget, own = steps or self.config.steps, self.config.seed if seed is None else seed
+        config = specialist_config(self.train, design, folder, budget, own, warm_for)
         done = folder / "judged.json"
         asked = {"steps": config.total_steps, "seed": config.seed, "episodes": self.config.episodes}
         if done.exists():
@@ -96,7 +105,7 @@ class Judge:
         """Measures (S,) of a policy at theta (K, 7) around ``design``; a generalist at its design policy's mean."""
         source = self.questions()
         count = min(self.config.num_envs, len(source))
-        settings = replace(env or self.train.env, scenes=self.config.split, mirror=False)
+        settings = replace(env or self.train.env, scenes=self.config.split)
         envs = make_envs(count, settings, source)
         return play(policy, envs, np.arange(len(source)), theta, self.config.seed)
 
@@ -118,9 +127,11 @@ def make_envs(count: int, config: EnvConfig, source: EpisodeSource) -> PointGoal
     return PointGoalNavVectorEnv(count, config, source=source)
 
 
-def specialist_config(train: TrainConfig, design: Design, folder: Path, steps: int, seed: int) -> TrainConfig:
-    """``train`` for one design and budget; the warm start keeps its share of the steps."""
-    warm = steps * train.imitation.steps // train.total_steps
+def specialist_config(
+    train: TrainConfig, design: Design, folder: Path, steps: int, seed: int, warm_for: int | None = None
+) -> TrainConfig:
+    """``train`` for one design and budget; the warm start keeps its share of the steps (or of ``warm_for``)."""
+    warm = (warm_for or steps) * train.imitation.steps // train.total_steps
     return replace(
         train,
         name=folder.name,
