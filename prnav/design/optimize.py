@@ -191,7 +191,9 @@ class Optimizer:
 
         def score(index: int, steps: int) -> float:
             folder = self._place(number) / "trials" / str(index)
-            value = mean_of(self.judge.specialist(designs[index], folder, steps, warm_for=search.first_steps), config.measure)
+            value = mean_of(
+                self.judge.specialist(designs[index], folder, steps, warm_for=search.first_steps), config.measure
+            )
             return first.setdefault(index, value) if steps == search.first_steps else value
 
         def report(steps: int, index: int, value: float) -> None:

@@ -97,7 +97,13 @@ def test_a_search_on_the_proxy_is_judged_and_goes_on(tmp_path, tiny):
 
 
 def test_joint_optimisation_in_a_home(tmp_path, tiny):
-    more = ("method=joint", "judge=false", "joint.frozen_rollouts=2", "joint.control_rollouts=1", "joint.design_rollouts=2")
+    more = (
+        "method=joint",
+        "judge=false",
+        "joint.frozen_rollouts=2",
+        "joint.control_rollouts=1",
+        "joint.design_rollouts=2",
+    )
     optimizer = Optimizer(tiny(*more, "train.total_steps=768"), tmp_path)
     best = optimizer.run()
     initial = load_design(tmp_path / "start-0" / "initial.toml")
