@@ -158,7 +158,7 @@ class Optimizer:
             report,
         )
         best = searching.best_of(trials)
-        name = f"{config.method}-{number}"
+        name = f"{initial.name}-{config.method}"
         text = (
             f"Found from {initial.name} by {config.method} search, {len(trials)} designs scored by the {config.score}."
         )
@@ -184,7 +184,7 @@ class Optimizer:
         count = searching.halving_candidates(budget, search.first_steps, search.halving)
         values = searching.random_values(initial, count, search.bound, config.seed + number)
         designs = [
-            moved_design(initial, with_free_values(row, initial), f"halving-{number}-{i}")
+            moved_design(initial, with_free_values(row, initial), f"{initial.name}-halving-{i}")
             for i, row in enumerate(values)
         ]
         first: dict[int, float] = {}
@@ -231,7 +231,7 @@ class Optimizer:
         try:
             if trainer.train() is not None:
                 raise KeyboardInterrupt
-            found, theta = trainer.best_design(f"joint-{number}"), trainer.theta
+            found, theta = trainer.best_design(f"{initial.name}-joint"), trainer.theta
         finally:
             trainer.close()
         rows, scores = [], []
