@@ -184,13 +184,10 @@ def _optimize(options: argparse.Namespace) -> None:
 
     config = load_optimize_config(options.config, tuple(options.settings))
     folder = Path(options.out) if options.out else Path("runs") / config.name
-    if options.workers > 1 and (config.method in ("joint", "halving") or config.score != "proxy"):
-        raise ConfigError("--workers of optimize share a study on the proxy; for specialists use prnav-design sweep")
     with _Board() as board:
         optimizer = Optimizer(config, folder, board.say, board.loading, options.storage, options.join)
         if options.join:
-            for number in range(config.starts):
-                optimizer.start(number)
+            optimizer.help()
             return
         helpers = _helpers(options, "optimize", folder)
         try:

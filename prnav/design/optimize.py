@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prnav.config import config_hash, load_config, to_toml
 from prnav.design import search as searching
+from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.cost import design_cost
 from prnav.design.joint import JointTrainer
@@ -87,20 +88,39 @@ class Optimizer:
 
     def run(self) -> Design:
         """Search from every start, judge, and leave the best design in ``design.toml``."""
-        starts = [self.start(number) for number in range(self.config.starts)]
-        rows: list[dict[str, Any]] = [row for start in starts for row in start.get("rows", [])]
+        self.help()
+        starts = [self.start(number, wait=True) for number in range(self.config.starts)]
+        told = [start for start in starts if start is not None]
+        rows: list[dict[str, Any]] = [row for start in told for row in start.get("rows", [])]
         if self.config.judge:
             rows += self.judged()
         write_text(self.folder / RESULTS, "".join(json.dumps(row) + "\n" for row in rows))
-        worth = {number: float(start["found"]) for number, start in enumerate(starts)}
+        worth = {number: float(start["found"]) for number, start in enumerate(told)}
         if self.config.judge:
             worth = {n: float(np.mean(_scores(rows, f"optimised {n}", self.config.measure))) for n in worth}
         best = load_design(self._place(max(worth, key=lambda number: worth[number])) / "found.toml")
         save_design(best, self.folder / BEST)
         return best
 
-    def start(self, number: int) -> dict[str, Any]:
-        """One start: its initial and its found design, their scores by the search's own measure, and the steps."""
+    def help(self) -> None:
+        """Do what no other process on this search is doing; a study is shared by all who come to it."""
+        for number in range(self.config.starts):
+            self.start(number, wait=False)
+        if self.config.judge:
+            self.judged(wait=False)
+
+    def start(self, number: int, wait: bool = True) -> dict[str, Any] | None:
+        """One start: its initial and its found design, their scores by the search's own measure, and the steps.
+
+        None if another process is at it and this one is not to ``wait``.
+        """
+        place = self._place(number)
+        if self.config.method in searching.SAMPLERS and self.config.score == "proxy":
+            return self._start(number)
+        with held(place, wait) as mine:
+            return self._start(number) if mine else None
+
+    def _start(self, number: int) -> dict[str, Any]:
         place = self._place(number)
         done = place / "start.json"
         if done.exists():
@@ -109,13 +129,18 @@ class Optimizer:
         save_design(initial, place / "initial.toml")
         method = {"joint": self._joint, "halving": self._halving}.get(self.config.method, self._study)
         found, facts = method(initial, number)
+        if done.exists():  # another process on the same study was first
+            return json.loads(done.read_text(encoding="utf-8"))
         save_design(found, place / "found.toml")
         facts = {"start": number, "method": self.config.method, **facts}
         write_text(done, json.dumps(facts) + "\n")
         return facts
 
-    def judged(self) -> list[dict[str, Any]]:
-        """Specialists at the initial and at the found design of every start."""
+    def judged(self, wait: bool = True) -> list[dict[str, Any]]:
+        """Specialists at the initial and at the found design of every start that is finished.
+
+        Those that other processes are at are waited for, or left out.
+        """
         config = self.config
         jobs = [
             (n, which, s)
@@ -127,8 +152,13 @@ class Optimizer:
         for index, (number, which, offset) in enumerate(jobs):
             self.say("specialists", index, len(jobs), f"start {number}, {which} design")
             place, seed = self._place(number), config.specialist.seed + offset
-            design = load_design(place / f"{which}.toml")
-            measures = self.judge.specialist(design, place / f"specialist-{which}-{seed}", seed=seed)
+            if not (place / "start.json").exists():
+                continue
+            design, folder = load_design(place / f"{which}.toml"), place / f"specialist-{which}-{seed}"
+            with held(folder, wait) as mine:
+                if not mine:
+                    continue
+                measures = self.judge.specialist(design, folder, seed=seed)
             group = f"{'initial' if which == 'initial' else 'optimised'} {number}"
             rows.append(row_of(design, measures, group=group, seed=seed, steps=config.specialist.steps))
         self.say("specialists", len(jobs), len(jobs), "done")

@@ -7,14 +7,13 @@ machines that share the folder, can work on a plan, and a job that was cut off g
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from prnav.config import load_config, to_toml
+from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.specialist import Judge, row_of
 from prnav.design.variants import Named
@@ -97,7 +96,7 @@ def work(
     judges: dict[str, Judge] = {}
     for job in jobs:
         place = folder / "jobs" / job.name
-        with _held(place) as mine:
+        with held(place) as mine:
             if not mine or (place / "judged.json").exists():
                 continue
             if job.task not in judges:
@@ -123,21 +122,3 @@ def collect(folder: Path) -> list[dict[str, Any]]:
 
 def _done(folder: Path, jobs: list[Job]) -> list[Job]:
     return [job for job in jobs if (folder / "jobs" / job.name / "judged.json").exists()]
-
-
-@contextmanager
-def _held(place: Path) -> Iterator[bool]:
-    """Whether this process holds the job's folder, until the block ends."""
-    place.mkdir(parents=True, exist_ok=True)
-    with open(place / ".job", "w") as lock:
-        if sys.platform == "win32":
-            yield True
-            return
-        import fcntl
-
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            yield False
-            return
-        yield True

@@ -67,7 +67,6 @@ def test_a_sweep_is_worked_off_and_compared(tmp_path, capsys):
         (["compare", "nowhere"], "cannot be read"),
         (["optimize", "method=guess"], "'method' is 'guess'; valid: 'joint', 'random'"),
         (["list", "a=1"], "prnav-design list has no settings to change"),
-        (["optimize", "method=joint", "--workers", "2"], "--workers of optimize share a study on the proxy"),
     ],
 )
 def test_mistakes_end_in_one_line(arguments, message, tmp_path, capsys, monkeypatch):
