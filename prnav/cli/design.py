@@ -81,8 +81,9 @@ def parser() -> argparse.ArgumentParser:
 
     compare = commands.add_parser("compare", help="table and figure of what searches and sweeps found")
     compare.add_argument("folder", nargs="+", help="folders that optimize, evaluate or sweep made")
-    compare.add_argument("--kind", choices=("designs", *SWEEPS), help="the figure (default: the folder's own)")
+    compare.add_argument("--kind", choices=("designs", *SWEEPS, "proxy"), help="the figure (default: the folder's own)")
     compare.add_argument("--measure", choices=MEASURES, default="spl", help="what is compared (default: spl)")
+    compare.add_argument("--scores", metavar="FILE", help="what evaluate --proxy --json wrote, for --kind proxy")
     compare.add_argument("--out", metavar="PNG", help="figure to write (default: KIND.png in the first folder)")
     compare.add_argument("--json", metavar="FILE", help="also write means and intervals as JSON")
     compare.set_defaults(run=_compare)
@@ -318,12 +319,15 @@ def _compare(options: argparse.Namespace) -> None:
     from dataclasses import asdict
 
     from prnav.report.design_figures import FIGURES
-    from prnav.report.design_results import ANALYSES, Correlation, Gains, load_rows
+    from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
     from prnav.report.style import save_png
 
     rows = load_rows(options.folder)
     kind = options.kind or str(rows[0].get("kind", "gain"))
-    result = ANALYSES[kind](rows, options.measure)
+    if kind == "proxy":
+        result = against_scores(rows, _scores(options.scores), options.measure)
+    else:
+        result = ANALYSES[kind](rows, options.measure)
     console = Console()
     told: dict[str, Any] = {"kind": kind, "measure": options.measure}
     if isinstance(result, Gains):
@@ -350,6 +354,18 @@ def _compare(options: argparse.Namespace) -> None:
     console.print(f"figure   {path}", highlight=False, soft_wrap=True)
     if options.json:
         write_text(options.json, json.dumps(told, indent=1) + "\n")
+
+
+def _scores(file: str | None) -> dict[str, dict[str, float]]:
+    """The proxy's scores of designs by name."""
+    if file is None:
+        raise ConfigError(
+            "--kind proxy compares with the proxy's scores; give --scores FILE (evaluate --proxy --json FILE)"
+        )
+    try:
+        return dict(json.loads(Path(file).read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"scores {file}: cannot be read ({error}); write them by evaluate --proxy --json") from error
 
 
 def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:

@@ -27,7 +27,7 @@ def draw_spread(found: Sequence[Performance], measure: str) -> Figure:
             _bar(axes, place + 0.2, one, color)
         axes.set_xticks(range(len(found)), [_group(one, found) for one in found])
         axes.set_ylabel(_label(measure))
-        axes.set_title("each point a policy trained for its design; bars: mean and 95 % interval")
+        axes.set_title("specialists; mean and 95 % interval")
         axes.set_xlim(-0.6, len(found) - 0.4)
     return figure
 
@@ -109,8 +109,8 @@ def draw_transfer(found: Correlation, measure: str) -> Figure:
         axes.scatter(found.first, found.second, color=style.SERIES[0], s=30)
         for name, x, y in zip(found.names, found.first, found.second, strict=True):
             axes.annotate(name, (x, y), (4, 4), textcoords="offset points", fontsize=7, color=style.MUTED)
-        axes.set_xlabel("first")
-        axes.set_ylabel("second")
+        axes.set_xlabel(found.labels[0])
+        axes.set_ylabel(found.labels[1])
         rho = found.rho
         axes.set_title(f"Spearman's rho {rho.mean:.2f} ({rho.low:.2f} to {rho.high:.2f}), {len(found.names)} designs")
     return figure
@@ -125,6 +125,7 @@ FIGURES: Mapping[str, Callable[[Any, str], Figure]] = {
     "cameras": draw_bars,
     "designs": draw_spread,
     "transfer": draw_transfer,
+    "proxy": draw_transfer,
 }
 """The drawing of each analysis."""
 

@@ -62,6 +62,8 @@ class Correlation:
     second: Float64
     rho: Interval
     """Spearman's rank correlation."""
+    labels: tuple[str, str] = ("first", "second")
+    """What the scores are."""
 
 
 def load_rows(folders: Sequence[str | Path]) -> list[dict[str, Any]]:
@@ -156,10 +158,33 @@ def transfer(rows: Sequence[Row], measures: Mapping[str, str], default: str) -> 
             }
         )
     both = [name for name in means[0] if name in means[1]]
-    return correlation(both, [means[0][name] for name in both], [means[1][name] for name in both])
+    return correlation(both, [means[0][name] for name in both], [means[1][name] for name in both], (tasks[0], tasks[1]))
 
 
-def correlation(names: Sequence[str], first: Sequence[float], second: Sequence[float]) -> Correlation:
+def against_scores(rows: Sequence[Row], scores: Mapping[str, Mapping[str, float]], measure: str) -> Correlation:
+    """Designs' proxy scores against the performance of their specialists.
+
+    Args:
+        rows: results.
+        scores: by name of design, each with "score", as ``prnav-design evaluate --proxy --json`` writes them.
+        measure: what counts as performance.
+
+    Raises:
+        RecordError: fewer than three designs have both.
+    """
+    names = [name for name in dict.fromkeys(str(row["design"]) for row in rows) if name in scores]
+    worth = [
+        float(np.mean([v.mean() for v in episodes([r for r in rows if r["design"] == n], measure)])) for n in names
+    ]
+    return correlation(names, [float(scores[name]["score"]) for name in names], worth, ("proxy's score", measure))
+
+
+def correlation(
+    names: Sequence[str],
+    first: Sequence[float],
+    second: Sequence[float],
+    labels: tuple[str, str] = ("first", "second"),
+) -> Correlation:
     """Spearman's rho of two scores of the same designs, with a bootstrap interval over designs.
 
     Raises:
@@ -171,7 +196,7 @@ def correlation(names: Sequence[str], first: Sequence[float], second: Sequence[f
     rng = np.random.Generator(np.random.PCG64(0))
     drawn = [spearman(a[rows], b[rows]) for rows in rng.integers(0, len(a), (RESAMPLES, len(a)))]
     low, high = np.nanquantile(drawn, [0.025, 0.975])
-    return Correlation(tuple(names), a, b, Interval(spearman(a, b), float(low), float(high)))
+    return Correlation(tuple(names), a, b, Interval(spearman(a, b), float(low), float(high)), labels)
 
 
 def spearman(first: Float64, second: Float64) -> float:

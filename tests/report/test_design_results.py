@@ -9,6 +9,7 @@ from prnav.errors import RecordError
 from prnav.report.design_figures import FIGURES
 from prnav.report.design_results import (
     ANALYSES,
+    against_scores,
     correlation,
     gains,
     load_rows,
@@ -75,7 +76,7 @@ GROUPS = {
 }
 
 
-@pytest.mark.parametrize("kind", FIGURES)
+@pytest.mark.parametrize("kind", ANALYSES)
 def test_every_figure_is_drawn(kind):
     tasks = ("pointgoal", "targetnav") if kind == "transfer" else ("pointgoal",)
     rows = some_rows(GROUPS.get(kind, ["initial", "found", "y", "pitch"]), tasks)
@@ -84,6 +85,15 @@ def test_every_figure_is_drawn(kind):
     figure = FIGURES[kind](ANALYSES[kind](rows, "spl"), "spl")
     figure.canvas.draw()
     assert figure.axes
+
+
+def test_proxy_scores_are_held_against_performance():
+    rows = some_rows(["a", "b", "c", "d"])
+    scores = {f"d{i}": {"score": float(i)} for i in range(3)}  # d3 has none
+    found = against_scores(rows, scores, "spl")
+    assert found.names == ("d0", "d1", "d2") and found.rho.mean == pytest.approx(1.0)
+    FIGURES["proxy"](found, "spl").canvas.draw()
+    assert FIGURES.keys() == ANALYSES.keys() | {"proxy"}
 
 
 def test_rows_are_read_and_mistakes_are_one_line(tmp_path):
