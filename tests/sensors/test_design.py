@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from prnav.errors import DesignError
@@ -30,6 +30,7 @@ def test_library(name):
     np.testing.assert_array_equal(pose_to_theta(design.sensors, design), theta)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 3.0))
 def test_every_theta_is_a_sensor_on_the_body_and_the_inverse_is_exact(seed, spread):
     design = random_design(seed % 50, 3)
