@@ -47,7 +47,8 @@ def see(renderer: Renderer, design: Design, position: NDArray[np.float64], yaw: 
     size = max(1, round(size / design.grid)) * design.grid  # whole pixels to a patch
     scene, places, headings, sensors = np.array([0]), position[None], np.array([yaw]), design.sensors[None]
     pictures = renderer.image(scene, places, headings, sensors, size)
-    return Sight(pictures[0], renderer.read(scene, places, headings, sensors, design.grid)[0])
+    readings = renderer.read(scene, places, headings, sensors, design.grid)
+    return Sight(np.clip(pictures[0], 0.0, 1.0), np.clip(readings[0], 0.0, 1.0))  # rounding may pass 1 by a bit
 
 
 def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int = 96) -> tuple[NDArray[Any], float]:
