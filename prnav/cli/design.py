@@ -233,7 +233,11 @@ def _evaluate(options: argparse.Namespace) -> None:
     config = load_optimize_config(options.config, tuple(options.settings))
     with _Board() as board:
         proxy = Proxy.load(config.proxy, board.loading)
-        told = {design.name: {"score": proxy.score(design), **proxy.parts(design)} for design in designs}
+        told = {}
+        for done, design in enumerate(designs):
+            board.say("proxy", done, len(designs), design.name)
+            parts = proxy.parts(design)
+            told[design.name] = {"score": proxy.weighted(parts), **parts}
     keys = list(next(iter(told.values())))
     table = Table(
         title="R² of what a design's readings tell, homes never seen", title_justify="left", title_style="bold"

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.design.regression import fit_and_test, mean_r2
+from prnav.design.regression import fit_and_test
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
 from prnav.sensors import Design, pointgoal, theta_to_pose
@@ -126,7 +126,10 @@ class Proxy:
 
     def score(self, design: Design, theta: ArrayLike | None = None) -> float:
         """Weighted mean of the parts' R^2 for ``design``, or for theta (K, 7) around it; at most 1."""
-        parts = self.parts(design, theta)
+        return self.weighted(self.parts(design, theta))
+
+    def weighted(self, parts: Mapping[str, float]) -> float:
+        """Mean of parts by their weights."""
         config = self.config
         weights = {"free": config.free, "way": config.way, "target": config.target, "pose": config.pose}
         return sum(weights[name] * value for name, value in parts.items()) / sum(weights[name] for name in parts)
@@ -265,11 +268,3 @@ def _free_distances(
     ends = starts + config.reach * ahead.reshape(-1, 3)
     stops, _ = world.navmesh_set.step(np.repeat(scenes, count), starts, ends, sliding=False)
     return np.linalg.norm((stops - starts)[:, [0, 2]], axis=1).reshape(-1, count)
-
-
-def proxy_scores(proxy: Proxy, designs: Mapping[str, Design]) -> dict[str, dict[str, float]]:
-    """Score and parts of several designs by name."""
-    return {name: {"score": proxy.score(design), **proxy.parts(design)} for name, design in designs.items()}
-
-
-__all__ = ["Places", "Proxy", "ProxyConfig", "draw_places", "mean_r2", "proxy_scores"]
