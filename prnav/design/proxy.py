@@ -47,6 +47,9 @@ class ProxyConfig:
     goals: int = 8
     """Goals per home for "way"."""
     directions: int = 12
+    """Directions D of "free", and of the sphere."""
+    front_deg: float = 180.0
+    """How far from straight ahead they go [degrees]; 180 is all around, ahead first and then left."""
     reach: float = 3.0
     """How far "free" and the sphere of "target" go [m]."""
     sphere_radius: float = 0.5
@@ -67,6 +70,8 @@ class ProxyConfig:
         for name in ("places", "pose_places", "goals", "directions", "features", "rays_per_receptor"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if not 0.0 < self.front_deg <= 180.0:
+            raise ValueError(f"front_deg is {self.front_deg}; it must lie above 0 and at most be 180")
         if self.homes < 4:
             raise ValueError(f"homes is {self.homes}; it must be at least 4, since every fourth is held out")
         if not 1 <= self.pose_homes <= self.homes:
@@ -74,6 +79,13 @@ class ProxyConfig:
         weights = [self.free, self.way, self.target, self.pose]
         if min(weights) < 0.0 or not sum(weights) > 0.0:
             raise ValueError(f"weights of free, way, target and pose are {weights}; they must be 0 or more, not all 0")
+
+    @property
+    def bearings(self) -> Float64:
+        """Directions relative to the heading [rad], positive left, (D,)."""
+        if self.front_deg == 180.0:
+            return 2.0 * math.pi * np.arange(self.directions) / self.directions
+        return np.radians(np.linspace(self.front_deg, -self.front_deg, self.directions))
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +248,7 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
     turn = pointgoal(positions, yaws, np.where(np.isfinite(corner), corner, 0.0))[:, 1].astype(np.float64)
 
     free = _free_distances(world, scenes, positions, yaws, config)
-    bearing = 2.0 * math.pi * direction / config.directions
+    bearing = config.bearings[direction]
     far = np.maximum(0.8, share * free[np.arange(len(free)), direction])
     heading = yaws + bearing
     ahead = np.stack([-np.sin(heading), np.full(len(heading), 0.0), -np.cos(heading)], axis=1)
@@ -260,9 +272,9 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
 def _free_distances(
     world: World, scenes: NDArray[np.int64], positions: Float64, yaws: Float64, config: ProxyConfig
 ) -> Float64:
-    """How far one can walk straight in each direction, at most ``reach``, (N, D) [m]; the first is ahead, then left."""
+    """How far one can walk straight in each direction, at most ``reach``, (N, D) [m]."""
     count = config.directions
-    heading = yaws[:, None] + 2.0 * math.pi * np.arange(count) / count
+    heading = yaws[:, None] + config.bearings
     ahead = np.stack([-np.sin(heading), np.zeros_like(heading), -np.cos(heading)], axis=-1)
     starts = np.repeat(positions, count, axis=0)
     ends = starts + config.reach * ahead.reshape(-1, 3)

@@ -7,7 +7,7 @@ import pytest
 
 from prnav.design.config import config_names, load_optimize_config
 from prnav.design.optimize import Optimizer
-from prnav.design.proxy import Proxy
+from prnav.design.proxy import Proxy, ProxyConfig
 from prnav.design.regression import fit_and_test, r2
 from prnav.design.specialist import Judge
 from prnav.design.sweep import collect, read_plan, work, write_plan
@@ -64,6 +64,12 @@ def test_free_distances_are_those_of_single_walks(proxy):
         bearing = np.arctan2(-sphere[0], -sphere[2]) - places.yaws[row]
         np.testing.assert_allclose(places.target[row, :2], [np.sin(bearing), np.cos(bearing)], atol=1e-9)
         np.testing.assert_allclose(places.target[row, 2], np.hypot(sphere[0], sphere[2]))
+
+
+def test_directions_may_be_those_ahead():
+    assert np.degrees(ProxyConfig(directions=5, front_deg=90).bearings).tolist() == [90, 45, 0, -45, -90]
+    with pytest.raises(ValueError, match="front_deg is 0"):
+        ProxyConfig(front_deg=0)
 
 
 def test_regression_finds_what_is_there_and_nothing_else():
