@@ -154,9 +154,9 @@ class JointTrainer(Trainer):
         """All that the rest of the run depends on."""
         return {**super().state_dict(), "design_history": self.history}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load_state_dict(self, state: Mapping[str, Any], *source: str) -> None:
         """Go on from :meth:`state_dict`."""
-        super().load_state_dict(state)
+        super().load_state_dict(state, *source)
         self.history = list(state["design_history"])
 
 
