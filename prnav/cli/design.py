@@ -1,23 +1,43 @@
-"""``prnav-design``: list sensor designs and look at them."""
+"""``prnav-design``: sensor designs: look at them, find better ones, compare them."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import subprocess
+import sys
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from prnav.cli._common import command
+from prnav.errors import ConfigError, DesignError
+from prnav.files import write_text
+
+if TYPE_CHECKING:
+    from prnav.design.config import OptimizeConfig
+    from prnav.sensors import Design
+
+SWEEPS = ("spread", "gain", "axes", "interpolation", "dropout", "transfer", "cameras")
+MEASURES = ("spl", "soft_spl", "soft_spl_closest", "success", "reward")
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(prog="prnav-design", description="Sensor designs: the library, and pictures of them.")
+    p = argparse.ArgumentParser(
+        prog="prnav-design",
+        description="Sensor designs: the library, pictures of them, and searches for better ones.",
+        epilog="Searches and sweeps are interrupted by Ctrl-C and go on when the same command is given again.",
+    )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     listing = commands.add_parser("list", help="the designs that travel with the package")
     listing.set_defaults(run=_list)
+
     show = commands.add_parser("show", help="draw a design on its body, and what each of its receptors sees")
     show.add_argument("design", help="name from the library, or a design file")
     show.add_argument("--out", required=True, metavar="PNG", help="picture to write")
@@ -28,15 +48,90 @@ def parser() -> argparse.ArgumentParser:
     show.add_argument("--rays", type=int, default=256, help="rays per receptor, a square number (default: 256)")
     show.add_argument("--body-only", action="store_true", help="leave out what it sees")
     show.set_defaults(run=_show)
+
+    random = commands.add_parser("random", help="write designs drawn from seeds")
+    random.add_argument("--out", required=True, metavar="DIR", help="folder for the design files")
+    random.add_argument("--sensors", type=_positive, default=2, metavar="K", help="sensors of each (default: 2)")
+    random.add_argument("--grid", type=_positive, default=4, metavar="B", help="receptors per row (default: 4)")
+    random.add_argument("--count", type=_positive, default=1, metavar="N", help="how many (default: 1)")
+    random.add_argument("--seed", type=int, default=0, help="of the first; the others count up (default: 0)")
+    random.set_defaults(run=_random)
+
+    optimize = commands.add_parser("optimize", help="search for a better design, from one or several starts")
+    _settings(optimize)
+    optimize.add_argument("--out", metavar="DIR", help="folder of the search (default: runs/NAME)")
+    optimize.add_argument("--storage", metavar="URL", help="database of the study, for workers on several machines")
+    _workers(optimize)
+    optimize.set_defaults(run=_optimize)
+
+    evaluate = commands.add_parser("evaluate", help="what designs are worth: the proxy's score, or trained specialists")
+    evaluate.add_argument("design", nargs="+", help="names from the library, or design files")
+    evaluate.add_argument("--proxy", action="store_true", help="the proxy's score, in seconds; trains nothing")
+    evaluate.add_argument("--json", metavar="FILE", help="also write the scores as JSON")
+    _plans(evaluate)
+    evaluate.set_defaults(run=_evaluate, kind="designs", initial=None, found=None, random=0)
+
+    sweep = commands.add_parser("sweep", help="train a specialist for every design of an analysis, side by side")
+    sweep.add_argument("kind", choices=SWEEPS, help="the analysis")
+    sweep.add_argument("--initial", nargs="*", default=[], metavar="DESIGN", help="initial designs")
+    sweep.add_argument("--found", nargs="*", default=[], metavar="DESIGN", help="designs that were found from them")
+    sweep.add_argument("--random", type=int, default=8, metavar="N", help="random designs of a spread (default: 8)")
+    _plans(sweep)
+    sweep.set_defaults(run=_sweep)
+
+    compare = commands.add_parser("compare", help="table and figure of what searches and sweeps found")
+    compare.add_argument("folder", nargs="+", help="folders that optimize, evaluate or sweep made")
+    compare.add_argument("--kind", choices=("designs", *SWEEPS, "proxy"), help="the figure (default: the folder's own)")
+    compare.add_argument("--measure", choices=MEASURES, default="spl", help="what is compared (default: spl)")
+    compare.add_argument("--scores", metavar="FILE", help="what evaluate --proxy --json wrote, for --kind proxy")
+    compare.add_argument("--out", metavar="PNG", help="figure to write (default: KIND.png in the first folder)")
+    compare.add_argument("--json", metavar="FILE", help="also write means and intervals as JSON")
+    compare.set_defaults(run=_compare)
     return p
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point."""
-    options = parser().parse_args(argv)
+    options = _parse(argv)
     options.run(options)
     return 0
+
+
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    """Options; ``key=value`` settings may stand anywhere."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    settings = [word for word in words if "=" in word and not word.startswith("-")]
+    options = parser().parse_args([word for word in words if word not in settings])
+    if settings and not hasattr(options, "settings"):
+        raise ConfigError(f"{settings[0]!r}: prnav-design {options.command} has no settings to change")
+    if hasattr(options, "settings"):
+        options.settings = settings
+    return options
+
+
+def _settings(p: argparse.ArgumentParser) -> None:
+    p.add_argument("--config", default="design-quick", metavar="NAME|FILE", help="the search (default: design-quick)")
+    p.set_defaults(settings=[])
+    p.epilog = "key=value changes any setting of the config, for example method=joint or search.trials=200"
+
+
+def _workers(p: argparse.ArgumentParser) -> None:
+    p.add_argument("--workers", type=_positive, default=1, metavar="N", help="processes side by side (default: 1)")
+    p.add_argument(
+        "--join", type=int, default=0, metavar="I", help="only take part, as worker I, in what another started"
+    )
+
+
+def _plans(p: argparse.ArgumentParser) -> None:
+    _settings(p)
+    p.add_argument("--out", metavar="DIR", help="folder of the plan and its runs (default: runs/KIND)")
+    p.add_argument("--seeds", type=_positive, default=1, metavar="N", help="specialists per design (default: 1)")
+    p.add_argument(
+        "--task", action="append", default=[], metavar="NAME:CONFIG", help="another task's config, beside pointgoal's"
+    )
+    p.add_argument("--slurm", type=int, default=0, metavar="N", help="submit N workers to SLURM (needs submitit)")
+    _workers(p)
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -72,6 +167,283 @@ def _show(options: argparse.Namespace) -> None:
     path = save_png(draw_design(design, sight, place), options.out)
     print(f"{design.name}: {textwrap.shorten(design.description, 200)}")
     print(f"picture  {path}")
+
+
+def _random(options: argparse.Namespace) -> None:
+    from prnav.sensors import random_design, save_design
+
+    for seed in range(options.seed, options.seed + options.count):
+        design = random_design(seed, options.sensors, options.grid)
+        path = Path(options.out) / f"{design.name}.toml"
+        save_design(design, path)
+        print(path)
+
+
+def _optimize(options: argparse.Namespace) -> None:
+    from prnav.design.config import load_optimize_config
+    from prnav.design.optimize import Optimizer
+
+    config = load_optimize_config(options.config, tuple(options.settings))
+    folder = Path(options.out) if options.out else Path("runs") / config.name
+    with _Board() as board:
+        optimizer = Optimizer(config, folder, board.say, board.loading, options.storage, options.join)
+        if options.join:
+            optimizer.help()
+            return
+        helpers = _helpers(options, "optimize", folder)
+        try:
+            best = optimizer.run()
+        finally:
+            _end(helpers)
+    _print_optimized(config, folder, best)
+
+
+def _print_optimized(config: OptimizeConfig, folder: Path, best: Design) -> None:
+    from prnav.report.design_results import gains, load_rows
+
+    console = Console()
+    table = Table(title=f"{config.name}: {config.method}", title_justify="left", title_style="bold")
+    for column in ("start", "designs tried", "steps", "initial", "found"):
+        table.add_column(column, justify="right")
+    for number in range(config.starts):
+        start = json.loads((folder / f"start-{number}" / "start.json").read_text(encoding="utf-8"))
+        scores = (f"{start[name]:.4f}" for name in ("initial", "found"))
+        table.add_row(str(number), str(start["trials"]), f"{start['steps']:,}", *scores)
+    console.print(table)
+    if config.judge:
+        found = gains(load_rows([folder]), config.measure)
+        console.print(
+            f"specialists: {found.improved} of {len(found.starts)} starts improved; gain in {config.measure} "
+            f"{found.gain.mean:+.3f} (95 % interval {found.gain.low:+.3f} to {found.gain.high:+.3f})",
+            highlight=False,
+        )
+        console.print(f"compare  prnav-design compare {folder} --kind gain", highlight=False, soft_wrap=True)
+    console.print(f"design   {folder / 'design.toml'} ({best.name})", highlight=False, soft_wrap=True)
+
+
+def _evaluate(options: argparse.Namespace) -> None:
+    if not options.proxy:
+        _sweep(options)
+        return
+    from prnav.design.config import load_optimize_config
+    from prnav.design.proxy import Proxy
+    from prnav.sensors import load_design
+
+    designs = [load_design(name) for name in options.design]
+    config = load_optimize_config(options.config, tuple(options.settings))
+    with _Board() as board:
+        proxy = Proxy.load(config.proxy, board.loading)
+        told = {}
+        for done, design in enumerate(designs):
+            board.say("proxy", done, len(designs), design.name)
+            parts = proxy.parts(design)
+            told[design.name] = {"score": proxy.weighted(parts), **parts}
+    keys = list(next(iter(told.values())))
+    table = Table(
+        title="R² of what a design's readings tell, homes never seen", title_justify="left", title_style="bold"
+    )
+    table.add_column("design")
+    for key in keys:
+        table.add_column(key, justify="right")
+    for name, parts in sorted(told.items(), key=lambda item: -item[1]["score"]):
+        table.add_row(name, *(f"{parts[key]:.3f}" for key in keys))
+    Console().print(table)
+    if options.json:
+        write_text(options.json, json.dumps(told, indent=1) + "\n")
+
+
+def _sweep(options: argparse.Namespace) -> None:
+    from prnav.design import sweep
+
+    folder = Path(options.out) if options.out else Path("runs") / options.kind
+    if not options.join:
+        configs = _configs(options)
+        sweep.write_plan(folder, options.kind, _designs(options, configs["pointgoal"]), configs, options.seeds)
+        if options.slurm:
+            _submit(options.slurm, folder)
+            return
+    with _Board() as board:
+        helpers = [] if options.join else _helpers(options, "sweep", folder)
+        try:
+            done = sweep.work(folder, lambda at, of, text: board.say("specialists", at, of, text), board.loading)
+            for helper in helpers:
+                helper.wait()
+        finally:
+            _end(helpers)
+    rows = sweep.collect(folder)
+    _, jobs = sweep.read_plan(folder)
+    print(f"specialists  {len(rows)} of {len(jobs)} done in {folder}")
+    if len(rows) == len(jobs) and not options.join:
+        print(f"compare  prnav-design compare {folder}")
+    elif not options.join:
+        print(f"the others are in hand elsewhere; give the command again when they are through ({done} done)")
+
+
+def _configs(options: argparse.Namespace) -> dict[str, OptimizeConfig]:
+    """The config of each task."""
+    from prnav.design.config import load_optimize_config
+
+    configs = {"pointgoal": load_optimize_config(options.config, tuple(options.settings))}
+    for text in options.task:
+        name, sign, config = text.partition(":")
+        if not sign:
+            raise ConfigError(
+                f"--task {text!r} is not of the form NAME:CONFIG, for example targetnav:design-targetnav.toml"
+            )
+        configs[name] = load_optimize_config(config, tuple(options.settings))
+    return configs
+
+
+def _designs(options: argparse.Namespace, config: OptimizeConfig) -> list[tuple[str, Design]]:
+    """Designs of an analysis with their groups."""
+    from prnav.design import variants
+    from prnav.sensors import load_design
+
+    kind = options.kind
+    if kind == "designs":
+        designs = [load_design(name) for name in options.design]
+        return [(design.name, design) for design in designs]
+    initial = [load_design(name) for name in options.initial]
+    found = [load_design(name) for name in options.found]
+    if kind in ("spread", "transfer"):
+        return variants.spread([*initial, *found], options.random, config.sensors, config.grid, config.seed)
+    if kind == "gain":
+        return variants.pairs(initial, found)
+    if kind == "cameras":
+        return [("Habitat's default", load_design("habitat-camera")), *((design.name, design) for design in found)]
+    if len(found) != 1 or (kind != "dropout" and len(initial) != 1):
+        needs = "--found DESIGN" if kind == "dropout" else "--initial DESIGN --found DESIGN"
+        raise DesignError(f"the analysis {kind} is of one search; give {needs}")
+    if kind == "dropout":
+        return variants.without_each(found[0])
+    return {"axes": variants.single_axes, "interpolation": variants.interpolated}[kind](initial[0], found[0])
+
+
+def _compare(options: argparse.Namespace) -> None:
+    from dataclasses import asdict
+
+    from prnav.report.design_figures import FIGURES
+    from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
+    from prnav.report.style import save_png
+
+    rows = load_rows(options.folder)
+    kind = options.kind or str(rows[0].get("kind", "gain"))
+    if kind == "proxy":
+        result = against_scores(rows, _scores(options.scores), options.measure)
+    else:
+        result = ANALYSES[kind](rows, options.measure)
+    console = Console()
+    told: dict[str, Any] = {"kind": kind, "measure": options.measure}
+    if isinstance(result, Gains):
+        entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
+        entries += [(f"optimised {s}", i) for s, i in zip(result.starts, result.optimised, strict=True)]
+        entries.append(("gain", result.gain))
+        told["improved"], told["starts"] = result.improved, len(result.starts)
+    elif isinstance(result, Correlation):
+        entries = [("Spearman's rho", result.rho)]
+    else:
+        several = len({one.task for one in result}) > 1
+        entries = [(f"{one.group} ({one.task})" if several else one.group, one.interval) for one in result]
+    table = Table(title=f"{kind}: {options.measure}", title_justify="left", title_style="bold")
+    table.add_column("designs")
+    table.add_column("mean", justify="right", style="bold")
+    table.add_column("95 % interval", justify="right", style="dim")
+    for name, interval in entries:
+        table.add_row(name, f"{interval.mean:.3f}", f"{interval.low:.3f} to {interval.high:.3f}")
+        told.setdefault("intervals", {})[name] = asdict(interval)
+    console.print(table)
+    first = Path(options.folder[0])
+    path = Path(options.out) if options.out else (first if first.is_dir() else first.parent) / f"{kind}.png"
+    save_png(FIGURES[kind](result, options.measure), path)
+    console.print(f"figure   {path}", highlight=False, soft_wrap=True)
+    if options.json:
+        write_text(options.json, json.dumps(told, indent=1) + "\n")
+
+
+def _scores(file: str | None) -> dict[str, dict[str, float]]:
+    """The proxy's scores of designs by name."""
+    if file is None:
+        raise ConfigError(
+            "--kind proxy compares with the proxy's scores; give --scores FILE (evaluate --proxy --json FILE)"
+        )
+    try:
+        return dict(json.loads(Path(file).read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"scores {file}: cannot be read ({error}); write them by evaluate --proxy --json") from error
+
+
+def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:
+    """The other workers of this machine: this command again, told to take part."""
+    words = [sys.executable, "-m", "prnav.cli.design", name]
+    if name == "optimize":
+        words += ["--config", str(folder / "config.toml")]
+        words += ["--storage", options.storage] if options.storage else []
+    else:
+        words.append(options.kind if options.kind != "designs" else "spread")
+    return [
+        subprocess.Popen(
+            [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        for i in range(1, options.workers)
+    ]
+
+
+def _end(helpers: list[subprocess.Popen[bytes]]) -> None:
+    for helper in helpers:
+        if helper.poll() is None:
+            helper.terminate()
+    for helper in helpers:
+        helper.wait()
+
+
+def _submit(count: int, folder: Path) -> None:
+    """Ask SLURM for workers of a plan."""
+    try:
+        import submitit
+    except ImportError as error:
+        raise ConfigError(f"--slurm needs submitit ({error}); install it with: pip install submitit") from error
+    executor = submitit.AutoExecutor(folder=str(folder / "slurm"))
+    executor.update_parameters(cpus_per_task=2, timeout_min=24 * 60, name="prnav-design")
+    words = [sys.executable, "-m", "prnav.cli.design", "sweep", "spread", "--out", str(folder.resolve()), "--join", "1"]
+    jobs = [executor.submit(subprocess.run, words, check=True) for _ in range(count)]
+    print(f"submitted  {', '.join(job.job_id for job in jobs)}; results: prnav-design compare {folder}")
+
+
+class _Board:
+    """A line that is redrawn, or a printed line per event where there is no terminal."""
+
+    def __init__(self) -> None:
+        self.console = Console(stderr=True, highlight=False)
+        columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+        self.bar = Progress(*columns, console=self.console, disable=not self.console.is_terminal)
+        self.task = self.bar.add_task("starting", total=None)
+        self._last = ""
+
+    def __enter__(self) -> _Board:
+        self.bar.start()
+        return self
+
+    def __exit__(self, *unused: object) -> None:
+        self.bar.stop()
+
+    def say(self, stage: str, done: int, of: int, text: str) -> None:
+        """Show how a stage gets on."""
+        self.bar.update(self.task, completed=done, total=of, description=f"{stage} {done:,}/{of:,}  {text}")
+        line = f"{stage:11} {done:>9,}/{of:<9,} {text}"
+        if self.bar.disable and line != self._last:
+            self.console.print(line, soft_wrap=True)
+            self._last = line
+
+    def loading(self, done: int, total: int, name: str) -> None:
+        """Show which scene is loading."""
+        self.bar.update(self.task, completed=done, total=total, description=f"loading {name or 'scenes'}")
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
+    return value
 
 
 if __name__ == "__main__":

@@ -109,7 +109,7 @@ def describe(
     kept = ["grid", "rays_per_receptor", "engine", "vision", "sim", "navmesh"]
     settings = to_mapping(config)
     body = {"radius": config.navmesh.agent_radius, "height": config.navmesh.agent_height}
-    seat = {"radius": design.body.radius, "height": design.body.height}
+    seat = {"shape": design.body.shape, "height": design.body.height}
     sensors = {"name": design.name, "grid": config.grid, "body": seat, "sensors": design.sensors.tolist()}
     return {
         "version": __version__,

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
@@ -16,7 +19,7 @@ from numpy.typing import NDArray
 from prnav.render import Renderer
 from prnav.render.rays import sensor_views
 from prnav.report import style
-from prnav.sensors import Design
+from prnav.sensors import Body, Design
 
 if TYPE_CHECKING:
     from prnav.navmesh import NavMesh
@@ -25,6 +28,7 @@ REACH = 0.45
 """Length of a drawn frustum's edges [m]."""
 
 _BODY, _EYE_HEIGHT = "#c9ced6", 1.25
+_LIGHT = np.array([0.5, 0.6, 0.62])
 _CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 
@@ -43,7 +47,8 @@ def see(renderer: Renderer, design: Design, position: NDArray[np.float64], yaw: 
     size = max(1, round(size / design.grid)) * design.grid  # whole pixels to a patch
     scene, places, headings, sensors = np.array([0]), position[None], np.array([yaw]), design.sensors[None]
     pictures = renderer.image(scene, places, headings, sensors, size)
-    return Sight(pictures[0], renderer.read(scene, places, headings, sensors, design.grid)[0])
+    readings = renderer.read(scene, places, headings, sensors, design.grid)
+    return Sight(np.clip(pictures[0], 0.0, 1.0), np.clip(readings[0], 0.0, 1.0))  # rounding may pass 1 by a bit
 
 
 def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int = 96) -> tuple[NDArray[Any], float]:
@@ -70,14 +75,16 @@ def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int
 def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> Figure:
     """The design on its body, and beside it what it sees where ``sight`` is given (``place`` says where that is)."""
     count = design.num_sensors
-    shown = 0 if sight is None else count
+    blocks, lines, columns = sight_layout(design)
+    shown = 0 if sight is None else lines
     cell = float(np.clip(6.0 / max(shown, 1), 1.7, 2.5))
-    figure = style.new_figure(5.4 + (3 * cell + 0.6 if shown else 0.0), max(7.0, (cell + 0.12) * shown + 1.1))
+    width = blocks * (columns * cell + 0.6)
+    figure = style.new_figure(5.4 + (width if shown else 0.0), max(7.0, (cell + 0.12) * shown + 1.1))
     with style.styled():
         left: Any = figure
         right: Any = None
         if shown:
-            halves: Any = figure.subfigures(1, 2, width_ratios=(5.2, 3 * cell + 0.6))
+            halves: Any = figure.subfigures(1, 2, width_ratios=(5.2, width))
             left, right = halves
         grid = left.add_gridspec(2, 1, height_ratios=(3.0, 1.25))
         body = left.add_subplot(grid[0], projection="3d")
@@ -94,18 +101,19 @@ def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> 
 
 
 def draw_body(axes: Axes3D, design: Design) -> None:
-    """The body as a cylinder with each sensor's field of view, seen from ahead and to the side; metres."""
-    turn, level = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 49), [0.0, design.body.height])
-    radius = design.body.radius
-    axes.plot_surface(
-        radius * np.sin(turn), radius * np.cos(turn), level, color=_BODY, alpha=0.9, linewidth=0, antialiased=False
+    """The body with each sensor's field of view, seen from ahead and to the side; metres."""
+    vertices, faces = design.body.outline()
+    shape = _drawn(vertices)
+    light = np.abs(_facing(shape[faces])) if len(faces) else np.zeros(0)
+    shades = np.array(to_rgb(_BODY)) * (0.72 + 0.28 * light[:, None])
+    axes.add_collection3d(
+        Poly3DCollection(shape[faces], facecolors=shades, edgecolors=shades, linewidth=0.3, alpha=0.9)
     )
-    ring = np.linspace(0.0, 2.0 * np.pi, 49)
-    lid = np.stack([radius * np.sin(ring), radius * np.cos(ring), np.full(49, design.body.height)], axis=1)
-    axes.add_collection3d(Poly3DCollection([lid], facecolor=_BODY, alpha=0.9))
-    for edge in (0.0, design.body.height):
-        axes.plot(lid[:, 0], lid[:, 1], edge, color=style.WALL, linewidth=0.8)
-    points = [lid, lid * [1.0, 1.0, 0.0]]
+    if isinstance(design.body, Body):
+        ring = shape[:48]
+        for edge in (0.0, design.body.height):
+            axes.plot(*np.append(ring, ring[:1], axis=0)[:, :2].T, edge, color=style.WALL, linewidth=0.8)
+    points = [shape]
     for index, (apex, corners, axis) in enumerate(frusta(design)):
         color = style.SERIES[index % len(style.SERIES)]
         sides = [np.stack([apex, corners[i], corners[(i + 1) % 4]]) for i in range(4)]
@@ -113,12 +121,14 @@ def draw_body(axes: Axes3D, design: Design) -> None:
         axes.add_collection3d(Poly3DCollection([corners], facecolor=color, edgecolor=color, alpha=0.30, linewidth=1.2))
         axes.plot(*np.stack([apex, apex + 0.6 * REACH * axis]).T, color=color, linewidth=1.0, linestyle=(0, (3, 2)))
         axes.scatter(*apex, color=color, s=22, depthshade=False)
-        axes.text(*(apex + 1.05 * REACH * axis), f"{index + 1}", color=color, fontweight="bold", zorder=100)
+        label = axes.text(*(apex + 1.05 * REACH * axis), f"{index}", color=color, fontweight="bold", zorder=100)
+        label.set_path_effects([withStroke(linewidth=3, foreground=style.PAPER)])
         points.append(corners)
     span = np.concatenate(points)
     low, high = span.min(axis=0), span.max(axis=0)
     ahead = max(0.55, float(high[1]) + 0.05)
-    axes.quiver(0, radius, 0, 0, ahead - radius, 0, color=style.MUTED, linewidth=1.5, arrow_length_ratio=0.15)
+    front = float(shape[:, 1].max())
+    axes.quiver(0, front, 0, 0, ahead - front, 0, color=style.MUTED, linewidth=1.5, arrow_length_ratio=0.15)
     axes.text(0.0, ahead + 0.04, 0.0, "ahead", color=style.MUTED, fontsize=9)
     middle, reach = 0.5 * (low + high), 0.5 * (high - low) + 0.05
     axes.set_xlim(middle[0] - reach[0], middle[0] + reach[0])
@@ -136,8 +146,9 @@ def draw_body(axes: Axes3D, design: Design) -> None:
 
 def draw_plan(axes: Axes, design: Design) -> None:
     """The body from above, ahead is up, with each sensor's field of view as a wedge, and its numbers as a list."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 97)
-    axes.fill(design.body.radius * np.sin(turn), design.body.radius * np.cos(turn), color=_BODY, zorder=2)
+    vertices, faces = design.body.outline()
+    shadow: Any = _drawn(vertices)[faces][..., :2]
+    axes.add_collection(PolyCollection(shadow, facecolor=_BODY, edgecolor=_BODY, zorder=2))
     for index, (apex, corners, axis) in enumerate(frusta(design)):
         color = style.SERIES[index % len(style.SERIES)]
         axes.fill(*_hull(np.concatenate([apex[None], corners])[:, :2]).T, color=color, alpha=0.25, zorder=3)
@@ -147,7 +158,7 @@ def draw_plan(axes: Axes, design: Design) -> None:
     axes.set_axis_off()
     axes.set_title("from above", fontsize=9, color=style.MUTED, fontweight="normal")
     table = [
-        f"{i + 1}  height {y:.2f} m   yaw {_degrees(yaw)}   pitch {_degrees(pitch)}   roll {_degrees(roll)}   "
+        f"{i}  height {y:.2f} m   yaw {_degrees(yaw)}   pitch {_degrees(pitch)}   roll {_degrees(roll)}   "
         f"fov {_degrees(fov)}"
         for i, (_, y, _, yaw, pitch, roll, fov) in enumerate(design.sensors)
     ]
@@ -183,12 +194,19 @@ def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _draw_sight(figure: Any, design: Design, sight: Sight) -> None:
-    count = design.num_sensors
-    grid = figure.subplots(count, 3, squeeze=False)
-    for index, line in enumerate(grid):
+    blocks, lines, columns = sight_layout(design)
+    grid = figure.subplots(lines, blocks * columns, squeeze=False)
+    for index in range(blocks * lines):
+        block, line = divmod(index, lines)
+        cells = grid[line, block * columns : (block + 1) * columns]
+        if index >= design.num_sensors:
+            for axes in cells:
+                axes.set_axis_off()
+            continue
         picture, readings = sight.pictures[index], sight.readings[index]
         size = len(picture)
-        for axes, image in zip(line, (picture, picture, readings), strict=True):
+        color = style.SERIES[index % len(style.SERIES)]
+        for axes, image in zip(cells, (*[picture] * (columns - 1), readings), strict=True):
             axes.imshow(
                 image, extent=(0, size, size, 0), interpolation="nearest" if image is readings else "antialiased"
             )
@@ -197,14 +215,29 @@ def _draw_sight(figure: Any, design: Design, sight: Sight) -> None:
             axes.set_yticks([])
             for spine in axes.spines.values():
                 spine.set_visible(True)
-                spine.set_color(style.SERIES[index % len(style.SERIES)])
+                spine.set_color(color)
                 spine.set_linewidth(1.6)
         for cut in np.linspace(0, size, design.grid + 1)[1:-1]:
-            line[1].axhline(cut, color="white", linewidth=0.9)
-            line[1].axvline(cut, color="white", linewidth=0.9)
-        line[0].set_ylabel(f"sensor {index + 1}", color=style.SERIES[index % len(style.SERIES)], fontweight="bold")
-    for axes, title in zip(grid[0], ("picture", "patches", "readings"), strict=True):
-        axes.set_title(title, fontsize=10)
+            cells[1].axhline(cut, color="white", linewidth=0.9)
+            cells[1].axvline(cut, color="white", linewidth=0.9)
+        cells[0].set_ylabel(f"sensor {index}", color=color, fontweight="bold")
+        if line == 0:
+            titles = ("picture", "patches", "readings") if columns == 3 else ("picture", "reading")
+            for axes, title in zip(cells, titles, strict=True):
+                axes.set_title(title, fontsize=10)
+
+
+def sight_layout(design: Design) -> tuple[int, int, int]:
+    """Blocks side by side, lines in each, and columns of a line; a single receptor needs no column for its patch."""
+    blocks = 1 if design.num_sensors <= 4 else 2
+    return blocks, -(-design.num_sensors // blocks), 2 if design.grid == 1 else 3
+
+
+def _facing(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cosine between each triangle's normal and the light, (F,)."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    return normal @ _LIGHT / np.where(length > 0.0, length, 1.0)
 
 
 def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -226,4 +259,4 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.0f}°"
+    return f"{round(math.degrees(angle)) + 0}°"

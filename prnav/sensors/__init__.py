@@ -1,43 +1,60 @@
 """What an agent senses: designs of sensors on its body, photoreceptors, cameras, GPS, compass and the point goal."""
 
-from prnav.sensors.body import Body
+from prnav.sensors.body import Body, Surface
 from prnav.sensors.camera import Camera, CameraConfig
 from prnav.sensors.design import (
     AXES,
     FOV_LIMITS,
+    MIRROR,
     Design,
     DesignSpace,
+    Link,
     check_poses,
+)
+from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
+from prnav.sensors.design_map import (
+    effective_theta,
+    free_values,
+    moved_design,
     pose_to_theta,
     random_design,
     theta_to_pose,
+    with_free_values,
 )
-from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
 from prnav.sensors.gps_compass import compass, gps, pointgoal
+from prnav.sensors.mesh_body import MeshBody
 from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
 from prnav.sensors.readout import Readout, read_out
 
 __all__ = [
     "AXES",
     "FOV_LIMITS",
+    "MIRROR",
     "Body",
     "Camera",
     "CameraConfig",
     "Design",
     "DesignSpace",
+    "Link",
+    "MeshBody",
     "PhotoreceptorConfig",
     "Photoreceptors",
     "Readout",
+    "Surface",
     "check_poses",
     "compass",
     "design_to_toml",
+    "effective_theta",
+    "free_values",
     "gps",
     "library_designs",
     "load_design",
+    "moved_design",
     "pointgoal",
     "pose_to_theta",
     "random_design",
     "read_out",
     "save_design",
     "theta_to_pose",
+    "with_free_values",
 ]

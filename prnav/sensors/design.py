@@ -1,19 +1,8 @@
-"""Sensor designs: where on the body each sensor sits, where it looks and how wide; and the space around them.
+"""Sensor designs: where on the body each sensor sits, where it looks and how wide; and what may be changed about it.
 
 A sensor is seven numbers in the body's frame (origin at the feet, x right, y up, -z ahead): x, y, z [m], yaw, pitch,
-roll and fov [rad]; its rotation is Ry(yaw) Rx(pitch) Rz(roll). Designs are searched in normalised coordinates theta
-around an initial design, one unit being one *scale* of the axis:
-
-    position = closest point of the body's surface to (initial position + scale * theta)
-    angle    = initial angle + scale * theta
-    fov      = initial fov + scale * theta, held within its limits
-
-so theta = 0 is the initial design, and a standard deviation of 0.2 (the paper's, section "Design Optimization") is a
-fifth of a scale. The map is continuous where the closest point is (everywhere but on the cylinder's axis and on the
-cone of points as near to its top as to its side) and smooth but for the rim and the limits. Its inverse is
-``(pose - initial pose) / scale``: exact for poses on the surface with a field of view within the limits, because
-these the projection leaves alone. Of the many theta that land on one pose, the inverse gives the one that needs no
-projection.
+roll and fov [rad]; its rotation is Ry(yaw) Rx(pitch) Rz(roll). :mod:`prnav.sensors.design_map` says how designs are
+searched around an initial one.
 """
 
 from __future__ import annotations
@@ -25,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import DesignError
-from prnav.sensors.body import Body
+from prnav.sensors.body import Body, Surface
 
 Float64 = NDArray[np.float64]
 
@@ -35,13 +24,16 @@ AXES = ("x", "y", "z", "yaw", "pitch", "roll", "fov")
 FOV_LIMITS = (math.radians(1.0), math.radians(179.0))
 """Smallest and largest field of view [rad] of any sensor."""
 
+MIRROR = np.array([-1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+"""Signs of a pose's mirror image in the plane x = 0."""
+
 SURFACE_TOLERANCE = 1e-3
 """How far from the body's surface [m] a design may put a sensor; it is then moved onto the surface."""
 
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """Scale of each axis (what one unit of theta is worth) and the limits of the field of view.
+    """Scale of each axis (what one unit of theta is worth), and what holds the axes.
 
     The defaults let a standard deviation of 0.2 move a sensor by 0.1 m sideways and 0.2 m in height, turn it by 18
     degrees about any axis, and change its field of view by 9 degrees.
@@ -65,6 +57,10 @@ class DesignSpace:
     """[rad]"""
     fov_max: float = FOV_LIMITS[1]
     """[rad]"""
+    frozen: tuple[str, ...] = ()
+    """Axes that no sensor moves along."""
+    limits: tuple[tuple[str, float, float], ...] = ()
+    """(axis, smallest, largest) value [m or rad] of axes other than fov, for all sensors."""
 
     def __post_init__(self) -> None:
         for name in AXES:
@@ -76,11 +72,46 @@ class DesignSpace:
             raise DesignError(
                 f"design space: fov limits are {low:g} to {high:g} degrees; they must lie within 1 to 179"
             )
+        _check_axes(self.frozen, "design space: frozen")
+        named = [axis for axis, _, _ in self.limits]
+        _check_axes(tuple(named), "design space: limits")
+        for axis, low, high in self.limits:
+            if axis == "fov":
+                raise DesignError("design space: limits of fov are given as fov_min and fov_max")
+            if not low <= high:
+                raise DesignError(
+                    f"design space: limits of {axis} are {low!r} to {high!r}; the first must be the smaller"
+                )
 
     @property
     def scale(self) -> Float64:
         """Scales in the order of :data:`AXES`, shape (7,)."""
         return np.array([getattr(self, name) for name in AXES])
+
+    @property
+    def low(self) -> Float64:
+        """Smallest values in the order of :data:`AXES`, shape (7,); -inf where there is no limit."""
+        given = {axis: low for axis, low, _ in self.limits} | {"fov": self.fov_min}
+        return np.array([given.get(axis, -math.inf) for axis in AXES])
+
+    @property
+    def high(self) -> Float64:
+        """Largest values in the order of :data:`AXES`, shape (7,); inf where there is no limit."""
+        given = {axis: high for axis, _, high in self.limits} | {"fov": self.fov_max}
+        return np.array([given.get(axis, math.inf) for axis in AXES])
+
+
+@dataclass(frozen=True)
+class Link:
+    """A sensor that has no coordinates of its own, but follows another one."""
+
+    follower: int
+    """Its index."""
+    leader: int
+    """Index of the sensor that it follows."""
+    mirrored: bool
+    """True: it is the leader's mirror image, left and right exchanged. False: it makes the leader's moves from its own
+    initial pose, turned by the angle between the two about the body's axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +128,14 @@ class Design:
     """Poses in the body's frame, shape (K, 7); see :data:`AXES`."""
     grid: int = 4
     """Receptors per row of each sensor."""
-    body: Body = field(default_factory=Body)
+    body: Surface = field(default_factory=Body)
     space: DesignSpace = field(default_factory=DesignSpace)
     description: str = ""
     """The idea behind the design."""
+    frozen: tuple[tuple[str, ...], ...] = ()
+    """Axes along which each sensor does not move, beside those that the space freezes; empty for none."""
+    links: tuple[Link, ...] = ()
+    """Sensors that follow others."""
 
     def __post_init__(self) -> None:
         sensors = np.array(self.sensors, dtype=np.float64)
@@ -109,8 +144,15 @@ class Design:
             raise DesignError(f"{where}: grid is {self.grid!r}; it must be a whole number of at least 1")
         if sensors.ndim != 2 or sensors.shape[1] != 7 or not len(sensors):
             raise DesignError(f"{where}: sensors have shape {sensors.shape}; they must be (K, 7): {', '.join(AXES)}")
-        check_poses(sensors, self.body, where, (self.space.fov_min, self.space.fov_max))
+        check_poses(sensors, self.body, where, self.space)
         sensors[:, :3] = self.body.project(sensors[:, :3])
+        if self.frozen and len(self.frozen) != len(sensors):
+            raise DesignError(
+                f"{where}: frozen names axes of {len(self.frozen)} sensors; the design has {len(sensors)}"
+            )
+        for index, axes in enumerate(self.frozen):
+            _check_axes(axes, f"{where}: sensor {index}: frozen")
+        _check_links(self.links, sensors, where)
         sensors.flags.writeable = False
         object.__setattr__(self, "sensors", sensors)
 
@@ -118,6 +160,16 @@ class Design:
     def num_sensors(self) -> int:
         """Number of sensors K."""
         return len(self.sensors)
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Which coordinates may change on their own, (K, 7): not those that are frozen, nor a follower's."""
+        free = np.ones((self.num_sensors, 7), np.bool_)
+        free[:, [AXES.index(axis) for axis in self.space.frozen]] = False
+        for index, axes in enumerate(self.frozen):
+            free[index, [AXES.index(axis) for axis in axes]] = False
+        free[[link.follower for link in self.links]] = False
+        return free
 
     def require_sensors(self, count: int) -> Design:
         """This design, if it has ``count`` sensors.
@@ -130,10 +182,8 @@ class Design:
         return self
 
 
-def check_poses(
-    poses: ArrayLike, body: Body, where: str = "design", fov_limits: tuple[float, float] = FOV_LIMITS
-) -> None:
-    """Pass if every pose (..., 7) is a sensor on the body.
+def check_poses(poses: ArrayLike, body: Surface, where: str = "design", space: DesignSpace | None = None) -> None:
+    """Pass if every pose (..., 7) is a sensor on the body and within the limits of its space.
 
     Raises:
         DesignError: the first sensor that is not, and why.
@@ -150,79 +200,51 @@ def check_poses(
         nearest = body.project(point)
         side = "inside" if body.contains(point) else "off"
         raise DesignError(
-            f"{where}: sensor {index}: position {_metres(point)} lies {side} the body (cylinder of radius "
-            f"{body.radius:g} m, height {body.height:g} m); the nearest place on its surface is {_metres(nearest)}"
+            f"{where}: sensor {index}: position {_metres(point)} lies {side} the body ({body.shape}); the nearest "
+            f"place on its surface is {_metres(nearest)}"
         )
-    low, high = fov_limits
-    bad = np.flatnonzero((rows[:, 6] < low - 1e-9) | (rows[:, 6] > high + 1e-9))
-    if len(bad):
-        index = int(bad[0])
-        raise DesignError(
-            f"{where}: sensor {index}: fov is {math.degrees(rows[index, 6]):g} degrees; it must lie within "
-            f"{math.degrees(low):g} to {math.degrees(high):g}"
-        )
+    space = space or DesignSpace()
+    for index, row in enumerate(rows):
+        for axis, value, low, high in zip(AXES, row, space.low, space.high, strict=True):
+            if not low - 1e-9 <= value <= high + 1e-9:
+                raise DesignError(
+                    f"{where}: sensor {index}: {axis} is {_quantity(axis, value)}; it must lie within "
+                    f"{_number(axis, low)} to {_number(axis, high)}"
+                )
 
 
-def theta_to_pose(theta: ArrayLike, design: Design) -> Float64:
-    """Poses (..., K, 7) at normalised coordinates theta (..., K, 7) around ``design``; see the module's text.
-
-    Raises:
-        DesignError: theta does not fit the design's number of sensors, or is not finite.
-    """
-    theta = _check_shape(theta, design, "theta")
-    pose = design.sensors + design.space.scale * theta
-    pose[..., :3] = design.body.project(pose[..., :3])
-    pose[..., 6] = np.clip(pose[..., 6], design.space.fov_min, design.space.fov_max)
-    return pose
+def _check_axes(axes: tuple[str, ...], what: str) -> None:
+    for axis in axes:
+        if axis not in AXES:
+            raise DesignError(f"{what}: {axis!r} is not an axis; valid: {', '.join(AXES)}")
+    if len(set(axes)) != len(axes):
+        raise DesignError(f"{what}: {', '.join(axes)}: an axis stands there twice")
 
 
-def pose_to_theta(pose: ArrayLike, design: Design) -> Float64:
-    """Normalised coordinates (..., K, 7) of poses (..., K, 7); exact for poses that :func:`theta_to_pose` can give.
-
-    Raises:
-        DesignError: the poses do not fit the design's number of sensors, or are not finite.
-    """
-    return (_check_shape(pose, design, "pose") - design.sensors) / design.space.scale
-
-
-def _check_shape(values: ArrayLike, design: Design, what: str) -> Float64:
-    values = np.asarray(values, dtype=np.float64)
-    k = design.num_sensors
-    if values.ndim < 2 or values.shape[-2:] != (k, 7):
-        raise DesignError(f"{what} has shape {values.shape}; design {design.name} has {k} sensors: (..., {k}, 7)")
-    if not np.isfinite(values).all():
-        sensor, axis = np.argwhere(~np.isfinite(values))[0][-2:]
-        raise DesignError(f"{what}: {AXES[axis]} of sensor {sensor} is not finite; it must be a number")
-    return values
+def _check_links(links: tuple[Link, ...], sensors: Float64, where: str) -> None:
+    followers = {link.follower for link in links}
+    for link in links:
+        name = f"{where}: sensor {link.follower}"
+        if not (0 <= link.follower < len(sensors) and 0 <= link.leader < len(sensors)):
+            raise DesignError(f"{name}: it follows sensor {link.leader}; valid: 0 to {len(sensors) - 1}")
+        if link.leader in followers:
+            raise DesignError(f"{name}: it follows sensor {link.leader}, which must not be itself or a follower")
+        image = sensors[link.leader] * MIRROR
+        if link.mirrored and np.abs(sensors[link.follower] - image).max() > SURFACE_TOLERANCE:
+            raise DesignError(
+                f"{name}: it is not the mirror image of sensor {link.leader} (x, yaw and roll with the other sign)"
+            )
+    if len(followers) != len(links):
+        raise DesignError(f"{where}: a sensor follows two others; one link per sensor")
 
 
 def _metres(point: Float64) -> str:
     return "(" + ", ".join(f"{value + 0.0:.3g}" for value in point) + ")"
 
 
-def random_design(
-    seed: int, sensors: int, grid: int = 4, body: Body | None = None, space: DesignSpace | None = None
-) -> Design:
-    """Design drawn from a seed: positions even over the body's surface, directions even over the sphere.
+def _number(axis: str, value: float) -> str:
+    return f"{value if axis in AXES[:3] else math.degrees(value):g}"
 
-    Rolls are even over the circle, fields of view even over 20 to 120 degrees (cut to the space's limits). The first
-    K sensors of a seed are the same whatever the number asked for.
-    """
-    body, space = body or Body(), space or DesignSpace()
-    if sensors < 1:
-        raise DesignError(f"random design: number of sensors is {sensors!r}; it must be at least 1")
-    u = np.random.Generator(np.random.PCG64(seed)).random((sensors, 7))
-    side = 2.0 * math.pi * body.radius * body.height
-    top = math.pi * body.radius**2
-    on_top = u[:, 0] * (side + top) >= side
-    turn = 2.0 * math.pi * u[:, 1]
-    reach = np.where(on_top, body.radius * np.sqrt(u[:, 2]), body.radius)
-    rows = np.empty((sensors, 7))
-    rows[:, 0] = reach * np.sin(turn)
-    rows[:, 1] = np.where(on_top, body.height, body.height * u[:, 2])
-    rows[:, 2] = -reach * np.cos(turn)
-    rows[:, 3] = math.pi * (2.0 * u[:, 3] - 1.0)
-    rows[:, 4] = np.arcsin(2.0 * u[:, 4] - 1.0)
-    rows[:, 5] = math.pi * (2.0 * u[:, 5] - 1.0)
-    rows[:, 6] = np.clip(np.radians(20.0 + 100.0 * u[:, 6]), space.fov_min, space.fov_max)
-    return Design(f"random-{seed}", rows, grid, body, space, f"{sensors} sensors drawn from seed {seed}.")
+
+def _quantity(axis: str, value: float) -> str:
+    return f"{_number(axis, value)} {'m' if axis in AXES[:3] else 'degrees'}"

@@ -11,25 +11,40 @@ import numpy as np
 
 from prnav.config import load_config
 from prnav.errors import ConfigError, DesignError
-from prnav.files import write_text
+from prnav.files import resolve_inside, write_text
 from prnav.resources import resource
-from prnav.sensors.body import Body
-from prnav.sensors.design import AXES, Design, DesignSpace
+from prnav.sensors.body import Body, Surface
+from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link
+from prnav.sensors.mesh_body import load_mesh_body
 
 
 @dataclass(frozen=True)
 class _SensorTable:
-    position: tuple[float, float, float]
+    position: tuple[float, float, float] | None = None
     yaw_deg: float = 0.0
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
     fov_deg: float = 90.0
+    frozen: tuple[str, ...] = ()
+    mirror_of: int | None = None
+    tied_to: int | None = None
 
 
 @dataclass(frozen=True)
 class _BodyTable:
     radius: float = Body.radius
     height: float = Body.height
+    mesh: str | None = None
+
+
+@dataclass(frozen=True)
+class _LimitsTable:
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+    z: tuple[float, float] | None = None
+    yaw_deg: tuple[float, float] | None = None
+    pitch_deg: tuple[float, float] | None = None
+    roll_deg: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -43,6 +58,8 @@ class _SpaceTable:
     fov_deg: float = 45.0
     fov_min_deg: float = 1.0
     fov_max_deg: float = 179.0
+    frozen: tuple[str, ...] = ()
+    limits: _LimitsTable = field(default_factory=_LimitsTable)
 
 
 @dataclass(frozen=True)
@@ -61,7 +78,7 @@ def library_designs() -> list[str]:
 
 
 def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
-    """Design from a TOML file, or from the library by name.
+    """Design from a TOML file, or from the library by name. Photoreceptor grids and cameras share the format.
 
     Args:
         path_or_name: a path, or a name of :func:`library_designs`; what ends in ``.toml`` is a path.
@@ -80,14 +97,7 @@ def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
         path = resource("configs", "designs", f"{path_or_name}.toml")
     try:
         table = load_config(_DesignTable, path)
-        body = Body(table.body.radius, table.body.height)
-        rows = [
-            [*s.position, *(math.radians(a) for a in (s.yaw_deg, s.pitch_deg, s.roll_deg, s.fov_deg))]
-            for s in table.sensors
-        ]
-        design = Design(
-            table.name, np.array(rows).reshape(-1, 7), table.grid, body, _space(table.space), table.description
-        )
+        design = _design(table, path)
     except ConfigError as error:
         raise DesignError(str(error)) from error
     except DesignError as error:
@@ -97,38 +107,109 @@ def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
     return design
 
 
+def _design(table: _DesignTable, path: Path) -> Design:
+    rows: list[list[float]] = []
+    links: list[Link] = []
+    for index, sensor in enumerate(table.sensors):
+        leader = sensor.tied_to if sensor.mirror_of is None else sensor.mirror_of
+        if leader is not None:
+            if sensor.mirror_of is not None and sensor.tied_to is not None:
+                raise DesignError(f"sensor {index}: it has mirror_of and tied_to; give one of them")
+            links.append(Link(index, leader, sensor.mirror_of is not None))
+        if sensor.position is None:
+            if sensor.mirror_of is None:
+                raise DesignError(f"sensor {index}: it lacks position = [x, y, z]; only a mirror_of may leave it out")
+            if not 0 <= sensor.mirror_of < index:
+                raise DesignError(
+                    f"sensor {index}: mirror_of is {sensor.mirror_of}; name a sensor that stands before it"
+                )
+            rows.append(list(np.array(rows[sensor.mirror_of]) * MIRROR))
+            continue
+        angles = (sensor.yaw_deg, sensor.pitch_deg, sensor.roll_deg, sensor.fov_deg)
+        rows.append([*sensor.position, *map(math.radians, angles)])
+    frozen = tuple(sensor.frozen for sensor in table.sensors)
+    return Design(
+        table.name,
+        np.array(rows).reshape(-1, 7),
+        table.grid,
+        _body(table.body, path),
+        _space(table.space),
+        table.description,
+        frozen if any(frozen) else (),
+        tuple(links),
+    )
+
+
+def _body(table: _BodyTable, path: Path) -> Surface:
+    if table.mesh is None:
+        return Body(table.radius, table.height)
+    return load_mesh_body(resolve_inside(path.parent, table.mesh, DesignError), table.mesh)
+
+
 def _space(table: _SpaceTable) -> DesignSpace:
     values = {}
     for axis in (*AXES, "fov_min", "fov_max"):
         key = f"{axis}_deg"
         values[axis] = math.radians(getattr(table, key)) if hasattr(table, key) else getattr(table, axis)
-    return DesignSpace(**values)
+    limits = []
+    for axis in AXES[:6]:
+        given = getattr(table.limits, axis if axis in AXES[:3] else f"{axis}_deg")
+        if given is not None:
+            low, high = given if axis in AXES[:3] else map(math.radians, given)
+            limits.append((axis, low, high))
+    return DesignSpace(**values, frozen=table.frozen, limits=tuple(limits))
 
 
 def design_to_toml(design: Design) -> str:
-    """Text that :func:`load_design` reads back; degrees and metres to 12 digits."""
-    body, space = design.body, design.space
+    """Text that :func:`load_design` reads back; degrees and metres to 12 digits.
+
+    Raises:
+        DesignError: the body is a mesh that does not come from a file.
+    """
+    space = design.space
     lines = [
         f"name = {json.dumps(design.name)}",
         f"description = {json.dumps(design.description)}",
         f"grid = {design.grid}",
         "",
         "[body]",
-        f"radius = {body.radius!r}",
-        f"height = {body.height!r}",
+        *_body_lines(design),
         "",
         "[space]",
         *(f"{axis} = {getattr(space, axis)!r}" for axis in AXES[:3]),
         *(f"{axis}_deg = {_degrees(getattr(space, axis))}" for axis in (*AXES[3:], "fov_min", "fov_max")),
     ]
-    for row in design.sensors:
+    if space.frozen:
+        lines.append(f"frozen = {json.dumps(list(space.frozen))}")
+    if space.limits:
+        lines += ["", "[space.limits]"]
+        for axis, low, high in space.limits:
+            if axis in AXES[:3]:
+                lines.append(f"{axis} = [{_number(low)}, {_number(high)}]")
+            else:
+                lines.append(f"{axis}_deg = [{_degrees(low)}, {_degrees(high)}]")
+    links = {link.follower: link for link in design.links}
+    for index, row in enumerate(design.sensors):
         lines += [
             "",
             "[[sensors]]",
             "position = [" + ", ".join(_number(value) for value in row[:3]) + "]",
             *(f"{axis}_deg = {_degrees(value)}" for axis, value in zip(AXES[3:], row[3:], strict=True)),
         ]
+        if design.frozen and design.frozen[index]:
+            lines.append(f"frozen = {json.dumps(list(design.frozen[index]))}")
+        if index in links:
+            lines.append(f"{'mirror_of' if links[index].mirrored else 'tied_to'} = {links[index].leader}")
     return "\n".join(lines) + "\n"
+
+
+def _body_lines(design: Design) -> list[str]:
+    if isinstance(design.body, Body):
+        return [f"radius = {design.body.radius!r}", f"height = {design.body.height!r}"]
+    file = getattr(design.body, "file", "")
+    if not file:
+        raise DesignError(f"design {design.name}: its body comes from no file; save the mesh and load the body from it")
+    return [f"mesh = {json.dumps(file)}"]
 
 
 def _number(value: float) -> str:
@@ -140,5 +221,5 @@ def _degrees(angle: float) -> str:
 
 
 def save_design(design: Design, path: str | Path) -> None:
-    """Write a design file, atomically."""
+    """Write a design file, atomically. The file of a mesh body is named, not copied: it must lie beside it."""
     write_text(path, design_to_toml(design))

@@ -108,7 +108,7 @@ def available_cores() -> int:
 
 def config_names() -> list[str]:
     """Names of the shipped experiments."""
-    return sorted(path.stem for path in resource("configs").glob("*.toml"))
+    return sorted(path.stem for path in resource("configs").glob("*.toml") if not path.stem.startswith("design-"))
 
 
 def config_path(name: str) -> Path:

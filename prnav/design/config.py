@@ -1,0 +1,100 @@
+"""One search for a design as pure data: what ``configs/design-*.toml`` hold."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+from prnav.config import load_config
+from prnav.design.joint import JointConfig
+from prnav.design.proxy import ProxyConfig
+from prnav.design.search import SearchConfig
+from prnav.design.specialist import SpecialistConfig
+from prnav.errors import ConfigError
+from prnav.resources import resource
+from prnav.sensors import Design, DesignSpace, load_design, random_design
+from prnav.train import TrainConfig
+
+
+@dataclass(frozen=True)
+class OptimizeConfig:
+    """A search: where it starts, how it goes on, what it is scored by, and how its result is judged."""
+
+    name: str = "design"
+    seed: int = 0
+    """Of initial designs, proposals and trainings."""
+    initial: str = "random"
+    """Initial design: "random", a name of the library, or a design file."""
+    sensors: int = 2
+    """Sensors of a random initial design."""
+    grid: int = 4
+    """Receptors per row of a random initial design's sensors."""
+    starts: int = 1
+    """Searches, each from an initial design of its own where these are random; the best one is the result."""
+    frozen: tuple[str, ...] = ()
+    """Axes that stay as they are, beside those that a design file freezes."""
+    method: Literal["joint", "random", "cmaes", "tpe", "gp", "halving"] = "joint"
+    score: Literal["proxy", "specialist"] = "proxy"
+    """What searches other than "joint" score a design by; "halving" always trains specialists."""
+    measure: Literal["spl", "soft_spl", "soft_spl_closest", "success", "reward"] = "soft_spl_closest"
+    """Measure of a specialist that counts."""
+    budget: int = 0
+    """Steps that specialists of a search may spend in all, so that methods can be compared; 0 asks for
+    ``search.trials`` designs instead. The joint method spends ``train.total_steps``."""
+    judge: bool = True
+    """Whether to end by training a specialist at the initial and at the found design, with equal budgets."""
+    judge_seeds: int = 1
+    """Specialists per design."""
+    joint: JointConfig = field(default_factory=JointConfig)
+    search: SearchConfig = field(default_factory=SearchConfig)
+    proxy: ProxyConfig = field(default_factory=ProxyConfig)
+    specialist: SpecialistConfig = field(default_factory=SpecialistConfig)
+    train: TrainConfig = field(default_factory=TrainConfig)
+
+    def __post_init__(self) -> None:
+        for name in ("sensors", "grid", "starts", "judge_seeds"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.budget < 0 or self.seed < 0:
+            raise ValueError(f"budget is {self.budget}, seed {self.seed}; both must be 0 or more")
+
+    @property
+    def trials(self) -> int:
+        """Designs that a search tries."""
+        return max(1, self.budget // self.specialist.steps) if self.budget else self.search.trials
+
+    def initial_design(self, start: int = 0) -> Design:
+        """Initial design of a start.
+
+        Raises:
+            DesignError: it cannot be read.
+        """
+        if self.initial == "random":
+            return random_design(self.seed + start, self.sensors, self.grid, space=DesignSpace(frozen=self.frozen))
+        design = load_design(self.initial)
+        frozen = tuple(dict.fromkeys((*design.space.frozen, *self.frozen)))
+        return replace(design, space=replace(design.space, frozen=frozen))
+
+
+def config_names() -> list[str]:
+    """Names of the shipped searches."""
+    return sorted(path.stem for path in resource("configs").glob("design-*.toml"))
+
+
+def load_optimize_config(name: str, overrides: tuple[str, ...] = ()) -> OptimizeConfig:
+    """Config of a shipped search or a TOML file, with ``key=value`` overrides.
+
+    Raises:
+        ConfigError: neither, or a wrong key or value.
+    """
+    if name in config_names():
+        path = resource("configs", f"{name}.toml")
+    elif name.endswith(".toml") or os.sep in name:
+        path = Path(name)
+    else:
+        raise ConfigError(
+            f"config {name!r} is not known; valid: {', '.join(config_names())}, or the path of a TOML file"
+        )
+    return load_config(OptimizeConfig, path, overrides)
