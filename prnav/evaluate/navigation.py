@@ -26,6 +26,7 @@ from prnav.evaluate.references import reference_agent
 from prnav.evaluate.sight import record_sights
 from prnav.evaluate.summary import summarise
 from prnav.evaluate.workers import play_in_processes
+from prnav.sensors import Body
 from prnav.sim.world import Progress
 from prnav.version import __version__
 
@@ -109,7 +110,7 @@ def describe(
     kept = ["grid", "rays_per_receptor", "engine", "vision", "sim", "navmesh"]
     settings = to_mapping(config)
     body = {"radius": config.navmesh.agent_radius, "height": config.navmesh.agent_height}
-    seat = {"shape": design.body.shape, "height": design.body.height}
+    seat = dataclasses.asdict(design.body) if isinstance(design.body, Body) else {"shape": design.body.shape}
     sensors = {"name": design.name, "grid": config.grid, "body": seat, "sensors": design.sensors.tolist()}
     return {
         "version": __version__,

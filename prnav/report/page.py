@@ -194,6 +194,10 @@ def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
     designs = {json.dumps(told): told for evaluation in evaluations if (told := evaluation.header.get("design"))}
     parts = ["<h2>Designs</h2>"] if designs else []
     for told in designs.values():
+        if "shape" in told["body"]:  # a mesh, which is in the design's own file
+            parts.append(f"<p>The body of design {html.escape(told['name'])} is {html.escape(told['body']['shape'])}; ")
+            parts.append("<code>prnav-design show FILE</code> draws it.</p>")
+            continue
         design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))
         parts.append(_figure(style.data_uri(draw_design(design)), f"The design {design.name} on the body."))
     return parts

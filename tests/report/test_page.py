@@ -99,7 +99,7 @@ def test_report_needs_no_torch():
 
 def test_designs_receptors_seeds_and_differences_are_on_the_page(run, tmp_path, make_evaluation):
     design = load_design("forward")
-    body = {"shape": design.body.shape, "height": design.body.height}
+    body = {"radius": design.body.radius, "height": design.body.height}
     told = {"name": "forward", "grid": 2, "body": body, "sensors": design.sensors.tolist()}
     facts = {"recipe": "abc", "steps": 10}
     for seed in (0, 1):
