@@ -15,7 +15,6 @@ $(VENV)/.installed: pyproject.toml constraints.txt tools/install.py
 	touch $@
 
 train: setup
-	$(BIN)/prnav-scenes generate
 	$(BIN)/prnav-train pointgoal --config quickstart --run $(RUN)
 	$(BIN)/prnav-eval --run $(RUN) --split test --episodes 360
 	$(BIN)/prnav-report $(RUN)

@@ -52,7 +52,7 @@ def cached_arrays(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
 
     A cache that cannot be written (a full disk, a read-only home) costs time, never the result.
     """
-    path = cache_dir() / kind / f"{key}.npz"
+    path = _path(kind, key)
     try:
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
@@ -66,3 +66,12 @@ def cached_arrays(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     except OSError:
         pass  # nowhere to store: the result stands
     return arrays
+
+
+def is_cached(kind: str, key: str) -> bool:
+    """Whether :func:`cached_arrays` has a file for ``kind/key``."""
+    return _path(kind, key).is_file()
+
+
+def _path(kind: str, key: str) -> Path:
+    return cache_dir() / kind / f"{key}.npz"

@@ -14,8 +14,8 @@ from torch import Tensor, nn
 from prnav.bench.table import Row, device_name, rate, row
 from prnav.env import PointGoalNavVectorEnv
 from prnav.policy import PolicyConfig, RecurrentPolicy, build_policy, sample_actions
+from prnav.resources import available_cores
 from prnav.train import PPOConfig, RunFolder, Trainer, group_sizes, load_train_config, ppo
-from prnav.train.config import available_cores
 from prnav.train.learner import Learner
 from prnav.train.rollout import Rollout
 

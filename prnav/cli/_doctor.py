@@ -15,6 +15,7 @@ from typing import Literal
 
 from prnav.cache import cache_dir
 from prnav.errors import PrnavError
+from prnav.resources import available_cores
 
 Status = Literal["ok", "missing", "broken"]
 
@@ -83,7 +84,7 @@ def _python() -> Finding:
 
 
 def _cores() -> Finding:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = available_cores()
     return Finding("cores", "ok", str(cores))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first
 from prnav.errors import ConfigError
 from prnav.evaluate.references import REFERENCE_AGENTS
 from prnav.files import write_text
@@ -150,8 +150,9 @@ def _entries(options: argparse.Namespace, screen: Console) -> list[Entry]:
 
 
 def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, several: bool) -> Evaluation:
+    from prnav.env.episode_source import built_in_scenes
     from prnav.evaluate.navigation import evaluate_navigation, load_questions
-    from prnav.train.config import available_cores
+    from prnav.resources import available_cores
 
     task = options.task or ("pointgoal" if not options.run else _task_of_runs(options))
     config = _environment(options, entry.agent, task)
@@ -164,6 +165,7 @@ def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, severa
         def playing(done: int, total: int) -> None:
             bars.update(line, completed=done, total=total, description="playing episodes")
 
+        make_homes_first(built_in_scenes(config)[: options.episodes], loading)
         questions = load_questions(config, options.episodes, options.up, loading)
         name = _folder_name(entry, options, config, questions.name)
         evaluation = evaluate_navigation(

@@ -175,8 +175,9 @@ def _generate(arguments: argparse.Namespace) -> None:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from prnav.files import write_text
+    from prnav.resources import available_cores
     from prnav.scene.houses.manifest import check_hashes, manifest_text
-    from prnav.scene.houses.pool import make_homes, usable_cores
+    from prnav.scene.houses.pool import make_homes
 
     if arguments.manifest and arguments.split:
         raise SceneError("--manifest names all homes: leave out --split")
@@ -185,7 +186,7 @@ def _generate(arguments: argparse.Namespace) -> None:
     names, hashes = _ids(arguments.split), {}
     with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as bars:
         task = bars.add_task("homes", total=len(names))
-        for name, found in make_homes(names, arguments.workers or usable_cores()):
+        for name, found in make_homes(names, arguments.workers or available_cores()):
             hashes[name] = found
             if not arguments.manifest:
                 check_hashes(name, found)

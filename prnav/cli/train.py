@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first
 from prnav.cli._watch import draw_validation, validation_environments, with_wandb
 from prnav.errors import ConfigError
 
@@ -174,6 +174,7 @@ def _quoted(text: str) -> str:
 def load_environments(config: TrainConfig, console: Console) -> list[NavigationVectorEnv]:
     """The run's environments in groups over the same scenes, with a line that says which scene is loading."""
     from prnav.env import NavigationVectorEnv
+    from prnav.env.episode_source import built_in_scenes
     from prnav.train import group_sizes
 
     with console.status("loading scenes") as status:
@@ -181,6 +182,7 @@ def load_environments(config: TrainConfig, console: Console) -> list[NavigationV
         def loading(done: int, total: int, name: str) -> None:
             status.update(f"loading scenes {done}/{total} {name}")
 
+        make_homes_first(built_in_scenes(config.env), loading)
         groups: list[NavigationVectorEnv] = []
         for size in group_sizes(config.num_envs, config.groups):
             source = groups[0].slots.source if groups else None

@@ -24,7 +24,7 @@ from prnav.episodes import (
 )
 from prnav.episodes.datasets import find_episodes
 from prnav.navmesh import NavMeshSettings
-from prnav.scene import targetnav_scene_ids
+from prnav.scene import scene_ids, targetnav_scene_ids
 from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
 from prnav.sim.world import Progress
@@ -127,13 +127,25 @@ def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[Episod
     count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
     if config.targetnav is None or config.scenes != "train":
         return load_builtin_table(config.scenes, count, seed, most, progress)
-    ids = targetnav_scene_ids()[:most]
+    ids = built_in_scenes(config)
     tables = []
     for done, scene_id in enumerate(ids):
         if progress is not None:
             progress(done, len(ids), scene_id)
         tables.append(train_table(scene_id, count, seed))
     return concatenate_tables(tables), {}
+
+
+def built_in_scenes(config: EnvConfig) -> list[str]:
+    """Built-in homes that a config plays in; none where it has episodes or a data set of its own.
+
+    Raises:
+        SceneError: no such split.
+    """
+    if config.episodes is not None or config.data is not None:
+        return []
+    ten = config.targetnav is not None and config.scenes == "train"
+    return (targetnav_scene_ids() if ten else scene_ids(config.scenes))[: config.max_scenes]
 
 
 def episode_path(config: EnvConfig) -> str | None:

@@ -27,6 +27,7 @@ from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
+from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
 
 Progress = Callable[[str, int], object]
@@ -95,7 +96,7 @@ def generate_files(
         if progress is not None:
             progress(scene_id, value)
 
-    count = min(len(jobs), workers or _cores())
+    count = min(len(jobs), workers or available_cores())
     try:
         if count == 1:
             for job in jobs:
@@ -214,7 +215,3 @@ def _remove_parts(files: Iterable[Path]) -> None:
     for file in files:
         for part in file.parent.glob(f".{glob.escape(file.name)}.*.tmp*"):
             part.unlink(missing_ok=True)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

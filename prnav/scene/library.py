@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
 
-from prnav.cache import cache_key, cached_arrays
+from prnav.cache import cache_key, cached_arrays, is_cached
 from prnav.config import to_mapping
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
@@ -143,12 +143,24 @@ def _read_files(scene: SceneFile) -> tuple[MeshSource, dict[Path, MeshSource]]:
 
 
 def _load_built_in(scene_id: str) -> SceneMesh:
-    from prnav.scene.houses import VERSION, HouseConfig, generate_house, split_seed
+    from prnav.scene.houses import HouseConfig, generate_house, split_seed
 
     seed = split_seed(*_split_and_index(scene_id))
-    config = HouseConfig()
-    key = cache_key(SCENE_VERSION, VERSION, _houses_code(), seed, to_mapping(config))
-    return _cached("houses", key, scene_id, lambda: generate_house(seed, config))
+    return _cached("houses", _house_key(seed), scene_id, lambda: generate_house(seed, HouseConfig()))
+
+
+def _house_key(seed: int) -> str:
+    from prnav.scene.houses import VERSION, HouseConfig
+
+    return cache_key(SCENE_VERSION, VERSION, _houses_code(), seed, to_mapping(HouseConfig()))
+
+
+def missing_homes(scene_ids: Sequence[str]) -> list[str]:
+    """Those of ``scene_ids`` that are built-in homes and not in the cache yet."""
+    from prnav.scene.houses import split_seed
+
+    homes = [name for name in scene_ids if name.startswith(_BUILT_IN)]
+    return [name for name in homes if not is_cached("houses", _house_key(split_seed(*_split_and_index(name))))]
 
 
 def _split_and_index(scene_id: str) -> tuple[str, int]:

@@ -101,11 +101,6 @@ def group_sizes(num_envs: int, groups: int) -> list[int]:
     return [num_envs // groups + (place < num_envs % groups) for place in range(groups)]
 
 
-def available_cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def config_names() -> list[str]:
     """Names of the shipped experiments."""
     return sorted(path.stem for path in resource("configs").glob("*.toml") if not path.stem.startswith("design-"))

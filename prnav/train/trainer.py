@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from prnav.config import config_hash
 from prnav.errors import CheckpointError, PrnavError
 from prnav.policy import RecurrentPolicy, build_policy
+from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
-from prnav.train.config import TrainConfig, available_cores
+from prnav.train.config import TrainConfig
 from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from prnav.scene.houses.manifest import HomeHashes
 from prnav.scene.library import load_scene
-
-
-def usable_cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def make_homes(names: Sequence[str], workers: int) -> Iterator[tuple[str, HomeHashes]]:

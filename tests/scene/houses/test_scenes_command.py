@@ -8,12 +8,14 @@ import time
 import numpy as np
 import pytest
 
+from prnav.cli._common import make_homes_first
 from prnav.cli._scene_views import contact_sheet, floor_levels
 from prnav.cli.scenes import main
 from prnav.navmesh import load_navmesh
 from prnav.scene import load_scene
 from prnav.scene.houses import plan_house
 from prnav.scene.houses.manifest import MANIFEST
+from prnav.scene.library import missing_homes
 
 
 @pytest.fixture(autouse=True)
@@ -36,6 +38,17 @@ def test_generate_fills_the_cache_and_checks_the_hashes(capsys):
 def test_generate_with_a_manifest_wants_all_homes(capsys, tmp_path):
     assert main(["generate", "--split", "val", "--manifest", str(tmp_path / "m.json")]) == 2
     assert "leave out --split" in capsys.readouterr().err
+
+
+def test_homes_that_are_missing_are_made_on_all_cores_before_they_are_loaded(monkeypatch, tmp_path):
+    monkeypatch.setenv("PRNAV_CACHE", str(tmp_path))
+    wanted = ["prhouses/val/02", "mine.glb", "prhouses/val/05"]
+    assert missing_homes(wanted) == ["prhouses/val/02", "prhouses/val/05"]
+    told = []
+    make_homes_first(wanted, lambda done, total, name: told.append((done, total, name)))
+    assert [row[:2] for row in told] == [(1, 2), (2, 2)]
+    assert {row[2] for row in told} == set(wanted) - {"mine.glb"}
+    assert missing_homes(wanted) == []
 
 
 @pytest.mark.slow
