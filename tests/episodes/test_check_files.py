@@ -161,7 +161,7 @@ def test_every_broken_file_is_named_with_its_reason_and_no_other(zoo, checked):
 
 def test_the_pass_needs_little_memory(checked):
     """Neither the pass nor its reader: the zoo promises 100 GB."""
-    assert checked[2] < 1200  # compiling the navmesh kernels alone takes up to 700
+    assert checked[2] < 2500  # MB; compiling the kernels and loading the decoders alone takes up to 1,400
 
 
 def test_all_good_is_status_zero_and_absent_scenes_are_said(tmp_path, slabs, capsys):
