@@ -58,7 +58,7 @@ def examine() -> list[Finding]:
     findings = [_python(), _cores(), _memory(), *_packages(), _torch(), _cuda(), _ray_casting()]
     findings.append(_package("pyrender", "pyrender", 'pip install "prnav[gl]"; only engines egl and osmesa use it'))
     findings += [_rasteriser(engine, packages) for engine, packages in _RASTERISERS]
-    findings.append(_package("warp-lang", "warp", 'pip install "prnav[gpu]"; only engine warp uses it'))
+    findings += [_package(name, module, f'pip install "prnav[{extra}]"; {use}') for name, module, extra, use in _EXTRAS]
     findings += [_cache(), _shipped(), *(_folder(name, text) for name, text in _FOLDERS)]
     return findings
 
@@ -70,6 +70,14 @@ def healthy(findings: list[Finding]) -> bool:
 
 _REQUIRED = ("numpy", "scipy", "numba", "trimesh", "gymnasium", "safetensors", "matplotlib", "tensorboard")
 _RASTERISERS = (("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6"))
+_EXTRAS = (
+    ("warp-lang", "warp", "gpu", "only engine warp uses it"),
+    ("DracoPy", "DracoPy", "data", "only meshes compressed by Draco need it"),
+    ("meshopt", "meshopt", "data", "only meshes compressed by meshopt need it"),
+    ("opengl-basisu", "opengl_basisu", "data", "only KTX2 and Basis textures need it"),
+    ("imageio-ffmpeg", "imageio_ffmpeg", "video", "only prnav-report --video uses it"),
+    ("optuna", "optuna", "search", "only searches of prnav-design use it"),
+)
 _FOLDERS = (
     ("PRNAV_REAL_DATA", "real meshes and episodes for the tests; unset, those tests are skipped"),
     ("PRNAV_GOLDEN", "recorded answers for the tests; unset, those tests are skipped"),
