@@ -80,7 +80,7 @@ class RunRecords:
 
 
 def read_run(directory: str | Path) -> RunRecords:
-    """Finished evaluations and metrics of a run.
+    """Finished evaluations, those that act as in training before greedy ones, and metrics of a run.
 
     Raises:
         RecordError: there is neither, or something in them is broken.
@@ -89,7 +89,8 @@ def read_run(directory: str | Path) -> RunRecords:
     if not path.is_dir():
         raise RecordError(f"{directory}: there is no such folder; give a run made by prnav-train or prnav-eval")
     found = find_evaluations(path)
-    evaluations = tuple(load_evaluation(folder) for folder in found if is_finished(folder))
+    finished = [load_evaluation(folder) for folder in found if is_finished(folder)]
+    evaluations = tuple(sorted(finished, key=lambda evaluation: evaluation.header.get("actions") == "greedy"))
     unfinished = tuple(folder.name for folder in found if not is_finished(folder))
     metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
     if not evaluations and not metrics:

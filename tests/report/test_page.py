@@ -69,6 +69,12 @@ def test_page_of_a_run_without_evaluation_shows_its_curves(run):
     assert "<h2>Results</h2>" not in page
 
 
+def test_greedy_evaluations_come_after_those_that_act_as_in_training(tmp_path, make_evaluation):
+    for name, actions in (("a", "greedy"), ("b", "sampled")):
+        make_evaluation(tmp_path / "run" / "eval" / name, "run", actions)
+    assert [one.header["actions"] for one in read_run(tmp_path / "run").evaluations] == ["sampled", "greedy"]
+
+
 def test_unfinished_evaluations_are_said_to_be_so(run):
     with RecordWriter(run / "eval" / "half", {"agent": "run"}):
         pass
