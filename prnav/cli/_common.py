@@ -70,6 +70,14 @@ def make_homes_first(scene_ids: Sequence[str], progress: Callable[[int, int, str
         progress(done, len(missing), name)
 
 
+def positive(text: str) -> int:
+    """An option's whole number of at least 1."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
+    return value
+
+
 def _run(main: Main, argv: Sequence[str] | None) -> int:
     name = os.path.basename(sys.argv[0]) if argv is None else "prnav"
     try:

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from prnav.cli._common import command
+from prnav.cli._common import command, positive
 from prnav.errors import ConfigError, DesignError
 from prnav.files import write_text
 
@@ -51,9 +51,9 @@ def parser() -> argparse.ArgumentParser:
 
     random = commands.add_parser("random", help="write designs drawn from seeds")
     random.add_argument("--out", required=True, metavar="DIR", help="folder for the design files")
-    random.add_argument("--sensors", type=_positive, default=2, metavar="K", help="sensors of each (default: 2)")
-    random.add_argument("--grid", type=_positive, default=4, metavar="B", help="receptors per row (default: 4)")
-    random.add_argument("--count", type=_positive, default=1, metavar="N", help="how many (default: 1)")
+    random.add_argument("--sensors", type=positive, default=2, metavar="K", help="sensors of each (default: 2)")
+    random.add_argument("--grid", type=positive, default=4, metavar="B", help="receptors per row (default: 4)")
+    random.add_argument("--count", type=positive, default=1, metavar="N", help="how many (default: 1)")
     random.add_argument("--seed", type=int, default=0, help="of the first; the others count up (default: 0)")
     random.set_defaults(run=_random)
 
@@ -117,7 +117,7 @@ def _settings(p: argparse.ArgumentParser) -> None:
 
 
 def _workers(p: argparse.ArgumentParser) -> None:
-    p.add_argument("--workers", type=_positive, default=1, metavar="N", help="processes side by side (default: 1)")
+    p.add_argument("--workers", type=positive, default=1, metavar="N", help="processes side by side (default: 1)")
     p.add_argument(
         "--join", type=int, default=0, metavar="I", help="only take part, as worker I, in what another started"
     )
@@ -126,7 +126,7 @@ def _workers(p: argparse.ArgumentParser) -> None:
 def _plans(p: argparse.ArgumentParser) -> None:
     _settings(p)
     p.add_argument("--out", metavar="DIR", help="folder of the plan and its runs (default: runs/KIND)")
-    p.add_argument("--seeds", type=_positive, default=1, metavar="N", help="specialists per design (default: 1)")
+    p.add_argument("--seeds", type=positive, default=1, metavar="N", help="specialists per design (default: 1)")
     p.add_argument(
         "--task", action="append", default=[], metavar="NAME:CONFIG", help="another task's config, beside pointgoal's"
     )
@@ -437,13 +437,6 @@ class _Board:
     def loading(self, done: int, total: int, name: str) -> None:
         """Show which scene is loading."""
         self.bar.update(self.task, completed=done, total=total, description=f"loading {name or 'scenes'}")
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
-    return value
 
 
 if __name__ == "__main__":

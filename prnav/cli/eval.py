@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first
+from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first, positive
 from prnav.errors import ConfigError
 from prnav.evaluate.references import REFERENCE_AGENTS
 from prnav.files import write_text
@@ -63,7 +63,7 @@ def parser() -> argparse.ArgumentParser:
         help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
         "(default: val), and so for a run that was trained on a data set",
     )
-    what.add_argument("--episodes", type=_positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
+    what.add_argument("--episodes", type=positive, metavar="N", help="only N episodes, dealt evenly over the scenes")
     what.add_argument(
         "--episodes-file",
         metavar="PATH",
@@ -88,10 +88,10 @@ def parser() -> argparse.ArgumentParser:
     )
     how.add_argument("--seed", type=int, default=0, help="seed of sampled actions (default: 0)")
     how.add_argument(
-        "--num-envs", type=_positive, default=64, metavar="N", help="episodes at once; changes no result (default: 64)"
+        "--num-envs", type=positive, default=64, metavar="N", help="episodes at once; changes no result (default: 64)"
     )
     how.add_argument(
-        "--workers", type=_positive, metavar="N", help="processes; changes no result (default: one per core)"
+        "--workers", type=positive, metavar="N", help="processes; changes no result (default: one per core)"
     )
     how.add_argument("--device", default="cpu", help="where a trained policy runs: cpu or cuda (default: cpu)")
     how.add_argument("--restart", action="store_true", help="drop what an interrupted evaluation left")
@@ -338,13 +338,6 @@ def _progress(screen: Console) -> Progress:
         transient=True,
         disable=not sys.stderr.isatty(),
     )
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
-    return value
 
 
 if __name__ == "__main__":

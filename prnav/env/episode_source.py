@@ -16,10 +16,9 @@ from prnav.env.config import EnvConfig
 from prnav.episodes import (
     EpisodeTable,
     check_scenes,
-    concatenate_tables,
     load_builtin_table,
     load_episode_table,
-    train_table,
+    load_train_table,
     up_axis,
 )
 from prnav.episodes.datasets import find_episodes
@@ -127,13 +126,7 @@ def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[Episod
     count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
     if config.targetnav is None or config.scenes != "train":
         return load_builtin_table(config.scenes, count, seed, most, progress)
-    ids = built_in_scenes(config)
-    tables = []
-    for done, scene_id in enumerate(ids):
-        if progress is not None:
-            progress(done, len(ids), scene_id)
-        tables.append(train_table(scene_id, count, seed))
-    return concatenate_tables(tables), {}
+    return load_train_table(built_in_scenes(config), count, seed, progress), {}
 
 
 def built_in_scenes(config: EnvConfig) -> list[str]:

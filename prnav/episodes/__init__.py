@@ -6,6 +6,7 @@ from prnav.episodes.builtin import (
     check_scenes,
     load_builtin_episodes,
     load_builtin_table,
+    load_train_table,
     make_builtin_episodes,
     make_header,
     train_table,
@@ -36,6 +37,7 @@ __all__ = [
     "make_builtin_episodes",
     "make_header",
     "save_episodes",
+    "load_train_table",
     "train_table",
     "up_axis",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,13 +60,7 @@ def load_builtin_table(
         EpisodeError: no such split, or the shipped file is missing or broken.
     """
     if split == "train":
-        ids = scene_ids(split)[:max_scenes]
-        tables = []
-        for done, scene_id in enumerate(ids):
-            if progress is not None:
-                progress(done, len(ids), scene_id)
-            tables.append(train_table(scene_id, per_scene, seed))
-        return concatenate_tables(tables), {}
+        return load_train_table(scene_ids(split)[:max_scenes], per_scene, seed, progress), {}
     table, header = load_episode_table(builtin_path(split))
     if max_scenes is not None:
         table = table.take(np.flatnonzero(table.scene_index < max_scenes))
@@ -83,6 +77,16 @@ def builtin_path(split: str) -> Path:
     if split not in SHIPPED_SPLITS:
         raise EpisodeError(f"no built-in episodes {split!r}; valid: train, {', '.join(SHIPPED_SPLITS)}")
     return resource("episodes", BUILTIN_NAME, f"{split}.json.gz")
+
+
+def load_train_table(ids: Sequence[str], per_scene: int, seed: int, progress: Progress | None = None) -> EpisodeTable:
+    """Training episodes of several built-in homes, ``per_scene`` of each, drawn on first use."""
+    tables = []
+    for done, scene_id in enumerate(ids):
+        if progress is not None:
+            progress(done, len(ids), scene_id)
+        tables.append(train_table(scene_id, per_scene, seed))
+    return concatenate_tables(tables)
 
 
 def train_table(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import re
 from collections.abc import Callable, Sequence
@@ -173,6 +174,7 @@ def _split_and_index(scene_id: str) -> tuple[str, int]:
     return match[1], int(match[2])
 
 
+@functools.cache
 def _houses_code() -> str:
     """Hash of the generator's source, so that a home from the cache is always what the code would make."""
     digest = hashlib.sha256()
