@@ -1,8 +1,7 @@
-"""Engine "embree": Embree traces the rays, compiled loops make and shade them.
+"""Engine "embree": one compiled loop makes rays, lets Embree trace them, shades and averages them.
 
 One Embree scene per mesh, built when a ray first needs it and held within the memory budget. Views are sorted by
-scene and traced in runs of at most ``RAYS_PER_CALL`` rays, so that a run's arrays stay in the processor's cache; there
-is no loop over agents.
+scene; there is no loop over agents in Python, and the interpreter is free while a request is computed.
 """
 
 from __future__ import annotations
@@ -11,12 +10,13 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from prnav.render import embree
+from prnav.render.embree import EmbreeMesh
 from prnav.render.engine import EngineOptions, Float32
-from prnav.render.kernels import fill_rays, hit_spheres, shade
+from prnav.render.kernels import read_patches, trace_pixels
+from prnav.render.ray_table import RayTable, ray_table
 from prnav.render.rays import Views
 from prnav.render.residents import Residents
 from prnav.render.sampling import Sampling
@@ -25,13 +25,8 @@ from prnav.render.surfaces import Surfaces
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
-RAYS_PER_CALL = 8192
-
-PIXEL = Sampling()
-"""One ray, through the middle."""
-
-EMBREE_BYTES_PER_TRIANGLE = 130
-"""Memory of an Embree scene per triangle, as measured: vertices, indices, tree and its leaves."""
+DENSE = 1024
+"""Rays in a view from which packets are faster than rays one by one, as measured on four scenes."""
 
 
 class EmbreeEngine:
@@ -53,34 +48,25 @@ class EmbreeEngine:
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
-        size = grid * sampling.side
-        weights = sampling.weights.astype(np.float32)
+        table = ray_table(grid, sampling)
+        pixel = 2.0 / (grid * sampling.side)
+        areas = (pixel * pixel * (views.right * views.right).sum(axis=-1)).astype(np.float32)
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
             tracer = self.residents.get([scene])[scene]
-            chosen = views.take(rows)
-            width = 2.0 / size * np.sqrt((chosen.right * chosen.right).sum(axis=-1))
-            pixel_area = (width * width).astype(np.float32)
-            sums = np.zeros((len(chosen) * grid * grid, 3), dtype=np.float32)
-            balls = None if spheres is None else spheres[rows]
-            for start, directions, hits in tracer.trace(chosen, grid, sampling, balls):
-                shade(
-                    start,
-                    weights,
-                    grid * grid,
-                    pixel_area,
-                    directions,
-                    hits["primID"],
-                    hits["u"],
-                    hits["v"],
-                    hits["tfar"],
-                    hits["Ng"],
-                    tracer.surfaces.records,
-                    tracer.surfaces.texels,
-                    self._background,
-                    self._sphere_color,
-                    sums,
-                )
+            sums = np.zeros((len(rows) * grid * grid, 3), dtype=np.float32)
+            read_patches(
+                tracer.traced(table),
+                _chosen(views, spheres, rows),
+                table.fields,
+                areas[rows],
+                tracer.surfaces.records,
+                tracer.surfaces.texels,
+                self._background,
+                self._sphere_color,
+                grid * grid,
+                sums,
+            )
             readings[rows] = (sums / np.float32(255 * sampling.count)).reshape(-1, grid, grid, 3)
         return readings
 
@@ -90,21 +76,28 @@ class EmbreeEngine:
         """See :meth:`prnav.render.engine.Engine.depth`."""
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for scene, rows in runs_by_scene(scene_of_view):
-            tracer = self.residents.get([scene])[scene]
-            chosen = views.take(rows)
-            flat = np.empty(len(chosen) * size * size, dtype=np.float32)
-            balls = None if spheres is None else spheres[rows]
-            for start, _, hits in tracer.trace(chosen, size, spheres=balls):
-                flat[start : start + len(hits["tfar"])] = np.where(hits["primID"] == -1, np.inf, hits["tfar"])
-            depths[rows] = flat.reshape(-1, size, size)
+            depths[rows] = self._pixels(scene, views, size, spheres, rows)[1]
         return depths
 
     def trace(self, scene: int, views: Views, size: int) -> tuple[NDArray[np.int32], Float32]:
         """Hit triangle (-1 on a miss) and z-depth (inf on a miss) of every pixel, both (M, size, size)."""
-        triangles = np.empty(len(views) * size * size, dtype=np.int32)
-        for start, _, hits in self.residents.get([scene])[scene].trace(views, size):
-            triangles[start : start + len(hits["primID"])] = hits["primID"]
-        return triangles.reshape(-1, size, size), self.depth(np.full(len(views), scene), views, size)
+        return self._pixels(scene, views, size, None, np.arange(len(views)))
+
+    def _pixels(
+        self, scene: int, views: Views, size: int, spheres: NDArray[np.float64] | None, rows: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int32], Float32]:
+        tracer, table = self.residents.get([scene])[scene], ray_table(size, Sampling())
+        triangles = np.empty((len(rows), size * size), dtype=np.int32)
+        depths = np.empty((len(rows), size * size), dtype=np.float32)
+        trace_pixels(
+            tracer.traced(table),
+            _chosen(views, spheres, rows),
+            table.fields,
+            tracer.surfaces.records,
+            triangles,
+            depths,
+        )
+        return triangles.reshape(-1, size, size), depths.reshape(-1, size, size)
 
 
 class _Tracer:
@@ -112,33 +105,21 @@ class _Tracer:
 
     def __init__(self, mesh: SceneMesh) -> None:
         self.surfaces = Surfaces.of(mesh)
-        self._embree = EmbreeScene()
-        self._geometry = TriangleMesh(self._embree, mesh.vertices, mesh.faces)
-        self._embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the tree now
-        self.nbytes = self.surfaces.nbytes + EMBREE_BYTES_PER_TRIANGLE * len(mesh.faces)
+        self._mesh = EmbreeMesh(mesh.name, mesh.vertices, mesh.faces)
+        self.nbytes = self.surfaces.nbytes + embree.BYTES_PER_TRIANGLE * len(mesh.faces)
 
-    def trace(
-        self,
-        views: Views,
-        grid: int,
-        sampling: Sampling = PIXEL,
-        spheres: NDArray[np.float64] | None = None,
-    ) -> Iterator[tuple[int, Float32, dict[str, NDArray]]]:
-        """Per run of pixels: the first one's number, the rays' directions (n, 3), and Embree's hits."""
-        side, offsets = sampling.side, sampling.offsets
-        total = len(views) * (grid * side) ** 2
-        for start in range(0, total, RAYS_PER_CALL):
-            count = min(RAYS_PER_CALL, total - start)
-            origins = np.empty((count, 3), dtype=np.float32)
-            directions = np.empty((count, 3), dtype=np.float32)
-            fill_rays(
-                views.origin, views.right, views.up, views.forward, grid, side, offsets, start, origins, directions
-            )
-            hits = self._embree.run(origins, directions, output=True)
-            if spheres is not None:
-                rays_per_view = (grid * side) ** 2
-                hit_spheres(start, rays_per_view, spheres, views.origin, directions, hits["primID"], hits["tfar"])
-            yield start, directions, hits
+    def traced(self, table: RayTable) -> tuple[int, int, bool, Float32]:
+        """The first arguments of the kernels: how to trace this mesh with such rays."""
+        packet = len(table) >= DENSE
+        return embree.intersect_address(packet), self._mesh.address, packet, embree.ray_buffer(packet)
+
+
+def _chosen(
+    views: Views, spheres: NDArray[np.float64] | None, rows: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], ...]:
+    """Origins, axes (n, 3) and spheres (n, 4) of some views."""
+    balls = np.zeros((len(rows), 4)) if spheres is None else spheres[rows]
+    return views.origin[rows], views.right[rows], views.up[rows], views.forward[rows], balls
 
 
 def runs_by_scene(scene_of_view: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:

@@ -1,44 +1,33 @@
-"""Compiled loops of the CPU engine: rays of a range of pixels, and their shading into patch means.
+"""Compiled loops of the CPU engine: rays are made, traced by Embree, shaded and averaged, one view after another.
 
-All in one file, so that the compiler's cache sees every change. Float32 throughout, one ray after another, so a
-reading never depends on the batch it is computed in.
+All in one file, so that the compiler's cache sees every change. A view's rays come in the order of a
+:class:`prnav.render.ray_table.RayTable`, so a reading never depends on the batch it is computed in.
+
+Rays are taken eight at a time: all are traced, then shaded, so that what shading reads from memory is on its way while
+the next rays are traced. Embree takes a ray as fields of float32 or int32: 0-2 origin, 3 near, 4-6 direction, 7 time,
+8 far, 9 mask, 10 id, 11 flags, and back come 8 the ray parameter, 12-14 the triangle's normal, 15-16 the hit's weights
+of corners 1 and 2, 17 the triangle, 18 the geometry (-1 on a miss). Eight single rays lie one after another, 24 values
+apart; a packet has each field eight values wide.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+PACKET = 8
+"""Rays taken at a time: as many float32 as an AVX register holds."""
+
+FIELDS = 24
+"""Fields of a ray and its hit (21), rounded up so that the next ray is aligned as Embree wants it."""
 
 SPHERE = -2
 """Stands for a triangle's number where a ray met a sphere; -1 where it met nothing."""
 
 LEVEL_BIAS = 0.5
 """Factor on the covered texels before the level is chosen: 0.5 rounds to the nearest level, 1 up, 0.25 down."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def fill_rays(origin, right, up, forward, grid, side, offsets, start, ray_origin, ray_direction):
-    """Write the rays ``start ...`` into (n, 3) float32 arrays.
-
-    Rays are counted over views, then patches row by row, then a patch's offsets: rays that are neighbours in time are
-    neighbours in space, and a patch's rays come together. With side 1 they are the pixels of a picture, row by row.
-    """
-    step = 2.0 / grid
-    count = side * side
-    view, patch, k = start // (grid * grid * count), start // count % (grid * grid), start % count
-    for i in range(len(ray_origin)):
-        a = (patch % grid + offsets[k, 0]) * step - 1.0
-        b = 1.0 - (patch // grid + offsets[k, 1]) * step
-        for axis in range(3):
-            ray_origin[i, axis] = origin[view, axis]
-            ray_direction[i, axis] = forward[view, axis] + a * right[view, axis] + b * up[view, axis]
-        k += 1
-        if k == count:
-            k = 0
-            patch += 1
-            if patch == grid * grid:
-                patch = 0
-                view += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -73,125 +62,228 @@ def fill_surfaces(vertices, faces, uvs, face_texture, colors, table, coarsest, s
         s.tinted = 0 if s.color0 == white and s.color1 == white and s.color2 == white else 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def hit_spheres(start, rays_per_view, spheres, origin, direction, triangle, depth):
-    """Where a ray meets its view's sphere (M, 4) first, write the depth there and ``SPHERE`` for the triangle.
+@intrinsic
+def _intersect_one(typing, function, scene, ray, arguments):  # noqa: D417 (typing is the compiler's)
+    """Call ``rtcIntersect1`` at an address."""
 
-    From inside, a sphere is seen from inside. A radius of 0 is no sphere.
+    def generate(context, builder, signature, values):
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * 3)
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
+def _intersect_packet(typing, function, active, scene, rays, arguments):  # noqa: D417 (typing is the compiler's)
+    """Call ``rtcIntersect8`` at an address."""
+
+    def generate(context, builder, signature, values):
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * 4)
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 5), generate
+
+
+@intrinsic
+def _prefetch(typing, address):  # noqa: D417 (typing is the compiler's)
+    """Ask for the cache line at an address, to be read soon."""
+
+    def generate(context, builder, signature, values):
+        pointer, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [pointer, flag, flag, flag])
+        function = builder.module.declare_intrinsic("llvm.prefetch", [pointer], kind)
+        builder.call(function, [builder.inttoptr(values[0], pointer), flag(0), flag(3), flag(1)])
+        return context.get_dummy_value()
+
+    return types.void(types.int64), generate
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _trace(intersect, scene, packet, lanes, buffer, fields, active, origin, right, up, forward, a, b, first, records):
+    """Trace ``lanes`` rays of a view, at most ``PACKET``, from the ``first`` one of the table on, into the buffer.
+
+    ``records`` is the address of the triangles' records for shading, which are asked for as triangles are met.
     """
-    for i in range(len(triangle)):
-        view = (start + i) // rays_per_view
-        radius = spheres[view, 3]
-        if radius <= 0.0:
-            continue
-        length = along = apart = 0.0
+    field, ray = (PACKET, 1) if packet else (1, FIELDS)
+    rays = buffer.ctypes.data
+    arguments = rays + 4 * FIELDS * PACKET
+    for lane in range(lanes):
+        x, y = a[first + lane], b[first + lane]
+        at = lane * ray
         for axis in range(3):
-            offset = spheres[view, axis] - origin[view, axis]
-            d = np.float64(direction[i, axis])
-            length += d * d
-            along += d * offset
-            apart += offset * offset
-        discriminant = along * along - length * (apart - radius * radius)
-        if discriminant < 0.0:
-            continue
-        root = np.sqrt(discriminant)
-        t = along - root
-        if t <= 0.0:
-            t = along + root
-        if t > 0.0 and t < length * depth[i]:
-            depth[i] = t / length
-            triangle[i] = SPHERE
+            buffer[at + axis * field] = origin[axis]
+            buffer[at + (4 + axis) * field] = forward[axis] + x * right[axis] + y * up[axis]
+        buffer[at + 3 * field] = np.float32(0.0)
+        buffer[at + 8 * field] = np.float32(np.inf)
+        fields[at + 9 * field] = -1
+        fields[at + 18 * field] = -1
+        if not packet:
+            _intersect_one(intersect, scene, rays + 4 * at, arguments)  # type: ignore[call-arg]
+            if fields[at + 18 * field] != -1:
+                _prefetch(records + 64 * np.int64(fields[at + 17 * field]))
+    if packet:
+        for lane in range(PACKET):
+            active[lane] = -1 if lane < lanes else 0
+        _intersect_packet(intersect, active.ctypes.data, scene, rays, arguments)  # type: ignore[call-arg]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _sphere_depth(sphere, origin, dx, dy, dz):
+    """Ray parameter at which a ray first meets a sphere (4,), inf on a miss; from inside, it is seen from inside."""
+    x, y, z = sphere[0] - origin[0], sphere[1] - origin[1], sphere[2] - origin[2]
+    length = dx * dx + dy * dy + dz * dz
+    along = dx * x + dy * y + dz * z
+    discriminant = along * along - length * (x * x + y * y + z * z - sphere[3] * sphere[3])
+    if discriminant < 0.0:
+        return np.inf
+    root = np.sqrt(discriminant)
+    t = along - root
+    if t <= 0.0:
+        t = along + root
+    return t / length if t > 0.0 else np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _texel_of(surface, s, t, covered):
+    """Texel of a triangle at the corner weights s and t, of the level whose texels are about as large as the pixel.
+
+    ``covered`` are the texels of level 0 within the ray's pixel, times :data:`LEVEL_BIAS`.
+    """
+    offset = int(surface.offset)
+    width, height = int(surface.width), int(surface.height)
+    if width * height > 1:
+        u = surface.u + s * surface.u1 + t * surface.u2
+        v = surface.v + s * surface.v1 + t * surface.v2
+        u -= np.floor(u)
+        v -= np.floor(v)
+        level = surface.coarsest
+        while covered > np.float32(1.0) and level > 0:
+            covered *= np.float32(0.25)
+            level -= 1
+            offset += width * height
+            width = max(1, width >> 1)
+            height = max(1, height >> 1)
+        x = min(int(u * np.float32(width)), width - 1)
+        y = min(int(v * np.float32(height)), height - 1)
+        offset += y * width + x
+    return offset
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _add_colour(sums, row, weight, texel, surface, s, t):
+    """Add a texel's colour (0 to 255), tinted by the triangle's corners, times a weight to a row of ``sums`` (n, 3)."""
+    red = np.float32(texel & 255)
+    green = np.float32(texel >> 8 & 255)
+    blue = np.float32(texel >> 16 & 255)
+    if surface.tinted != 0:
+        scale = np.float32(1.0 / 255.0)
+        r = np.float32(1.0) - s - t
+        a, b, c = surface.color0, surface.color1, surface.color2
+        red *= (r * np.float32(a & 255) + s * np.float32(b & 255) + t * np.float32(c & 255)) * scale
+        green *= (r * np.float32(a >> 8 & 255) + s * np.float32(b >> 8 & 255) + t * np.float32(c >> 8 & 255)) * scale
+        blue *= (r * np.float32(a >> 16 & 255) + s * np.float32(b >> 16 & 255) + t * np.float32(c >> 16 & 255)) * scale
+    sums[row, 0] += weight * red
+    sums[row, 1] += weight * green
+    sums[row, 2] += weight * blue
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shade(
-    start,
-    weights,
-    patches,
-    pixel_area,
-    direction,
-    triangle,
-    bary_u,
-    bary_v,
-    depth,
-    normal,
-    surfaces,
-    texels,
-    background,
-    sphere_color,
-    sums,
-):
-    """Add the colour (0 to 255) of each ray, times its weight, to its patch in ``sums`` (M * patches, 3).
+def read_patches(mesh, views, table, pixel_area, surfaces, texels, background, sphere_color, patches, sums):
+    """Add the colour (0 to 255) of each ray of each view, times its weight, to its patch in ``sums`` (M * patches, 3).
 
-    The texture level is the one whose texels are about as large as the ray's pixel where it meets the triangle: a
-    pixel of area ``pixel_area`` (M,) on the image plane at distance 1 covers ``pixel_area t^2 / |n . d|`` of the
-    surface (unit normal n, direction d of length 1 along the axis). ``normal`` (n, 3) is as long as twice the
-    triangle's area.
+    Args:
+        mesh: addresses of Embree's function and scene, whether to trace packets, and
+            :func:`prnav.render.embree.ray_buffer`'s memory for the rays.
+        views: origins [m] and axes right, up, forward, (M, 3) each, and spheres (M, 4), of radius 0 for none.
+        table: the fields of a :class:`prnav.render.ray_table.RayTable`.
+        pixel_area: of each view's rays on the image plane at distance 1, (M,). A pixel covers
+            ``pixel_area t^2 / |n . d|`` of a surface at depth t (unit normal n, direction d of length 1 along the
+            axis); Embree's normal is as long as twice the triangle's area.
+        surfaces: records of :class:`prnav.render.surfaces.Surfaces`.
+        texels: of the same.
+        background: colour of misses, 0 to 255, (3,).
+        sphere_color: 0 to 255, (3,).
+        patches: of a view.
+        sums: what is added to.
     """
-    count = len(weights)
-    quarter = np.float32(0.25)
-    one = np.float32(1.0)
-    scale = np.float32(1.0 / 255.0)
-    patch, k = start // count, start % count - 1
-    area = pixel_area[patch // patches]
-    target = sums[patch]
-    for i in range(len(triangle)):
-        k += 1
-        if k == count:
-            k = 0
-            patch += 1
-            target = sums[patch]
-            area = pixel_area[patch // patches]
-        weight = weights[k]
-        f = triangle[i]
-        if f == SPHERE:
-            target[0] += weight * sphere_color[0]
-            target[1] += weight * sphere_color[1]
-            target[2] += weight * sphere_color[2]
-            continue
-        if f < 0:
-            target[0] += weight * background[0]
-            target[1] += weight * background[1]
-            target[2] += weight * background[2]
-            continue
-        surface = surfaces[f]
-        s, t = bary_u[i], bary_v[i]
-        offset = int(surface.offset)
-        width, height = int(surface.width), int(surface.height)
-        if width * height > 1:
-            u = surface.u + s * surface.u1 + t * surface.u2
-            v = surface.v + s * surface.v1 + t * surface.v2
-            u -= np.floor(u)
-            v -= np.floor(v)
-            facing = abs(
-                normal[i, 0] * direction[i, 0] + normal[i, 1] * direction[i, 1] + normal[i, 2] * direction[i, 2]
-            )
-            covered = area * depth[i] * depth[i] * surface.texels / facing  # texels of level 0
-            covered *= np.float32(LEVEL_BIAS)
-            level = surface.coarsest
-            while covered > one and level > 0:
-                covered *= quarter
-                level -= 1
-                offset += width * height
-                width = max(1, width >> 1)
-                height = max(1, height >> 1)
-            x = min(int(u * np.float32(width)), width - 1)
-            y = min(int(v * np.float32(height)), height - 1)
-            offset += y * width + x
-        texel = texels[offset]
-        red = np.float32(texel & 255)
-        green = np.float32(texel >> 8 & 255)
-        blue = np.float32(texel >> 16 & 255)
-        if surface.tinted != 0:
-            r = one - s - t
-            a, b, c = surface.color0, surface.color1, surface.color2
-            red *= (r * np.float32(a & 255) + s * np.float32(b & 255) + t * np.float32(c & 255)) * scale
-            green *= (
-                r * np.float32(a >> 8 & 255) + s * np.float32(b >> 8 & 255) + t * np.float32(c >> 8 & 255)
-            ) * scale
-            blue *= (
-                r * np.float32(a >> 16 & 255) + s * np.float32(b >> 16 & 255) + t * np.float32(c >> 16 & 255)
-            ) * scale
-        target[0] += weight * red
-        target[1] += weight * green
-        target[2] += weight * blue
+    intersect, scene, packet, buffer = mesh
+    origin, right, up, forward, spheres = views
+    a, b, patch, weight = table
+    field, ray = (PACKET, 1) if packet else (1, FIELDS)
+    fields = buffer.view(np.int32)
+    active = np.empty(PACKET, dtype=np.int32)
+    place = np.empty(PACKET, dtype=np.int64)
+    records = surfaces.ctypes.data
+    for view in range(len(origin)):
+        area = pixel_area[view] * np.float32(LEVEL_BIAS)
+        sphere = spheres[view]
+        for first in range(0, len(a), PACKET):
+            lanes = min(PACKET, len(a) - first)
+            _trace(
+                intersect, scene, packet, lanes, buffer, fields, active,
+                origin[view], right[view], up[view], forward[view], a, b, first, records,
+            )  # fmt: skip
+            for lane in range(lanes):
+                at = lane * ray
+                depth = buffer[at + 8 * field]
+                dx, dy, dz = buffer[at + 4 * field], buffer[at + 5 * field], buffer[at + 6 * field]
+                place[lane] = -1
+                if fields[at + 18 * field] != -1:
+                    surface = surfaces[fields[at + 17 * field]]
+                    nx, ny, nz = buffer[at + 12 * field], buffer[at + 13 * field], buffer[at + 14 * field]
+                    covered = area * depth * depth * surface.texels / abs(nx * dx + ny * dy + nz * dz)
+                    place[lane] = _texel_of(surface, buffer[at + 15 * field], buffer[at + 16 * field], covered)
+                if sphere[3] > 0.0:
+                    if _sphere_depth(sphere, origin[view], np.float64(dx), np.float64(dy), np.float64(dz)) < depth:
+                        place[lane] = SPHERE
+            for lane in range(lanes):
+                at = lane * ray
+                row = view * patches + patch[first + lane]
+                w = weight[first + lane]
+                if place[lane] >= 0:
+                    surface = surfaces[fields[at + 17 * field]]
+                    s, t = buffer[at + 15 * field], buffer[at + 16 * field]
+                    _add_colour(sums, row, w, texels[place[lane]], surface, s, t)
+                elif place[lane] == SPHERE:
+                    sums[row, 0] += w * sphere_color[0]
+                    sums[row, 1] += w * sphere_color[1]
+                    sums[row, 2] += w * sphere_color[2]
+                else:
+                    sums[row, 0] += w * background[0]
+                    sums[row, 1] += w * background[1]
+                    sums[row, 2] += w * background[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_pixels(mesh, views, table, surfaces, triangles, depths):
+    """Write the triangle (-1 on a miss, ``SPHERE``) and z-depth [m] (inf on a miss) that each ray meets, (M, P).
+
+    The arguments are those of :func:`read_patches`.
+    """
+    intersect, scene, packet, buffer = mesh
+    origin, right, up, forward, spheres = views
+    a, b, patch, _ = table
+    field, ray = (PACKET, 1) if packet else (1, FIELDS)
+    fields = buffer.view(np.int32)
+    active = np.empty(PACKET, dtype=np.int32)
+    for view in range(len(origin)):
+        sphere = spheres[view]
+        for first in range(0, len(a), PACKET):
+            lanes = min(PACKET, len(a) - first)
+            _trace(
+                intersect, scene, packet, lanes, buffer, fields, active,
+                origin[view], right[view], up[view], forward[view], a, b, first, surfaces.ctypes.data,
+            )  # fmt: skip
+            for lane in range(lanes):
+                at = lane * ray
+                depth = buffer[at + 8 * field]
+                triangle = -1 if fields[at + 18 * field] == -1 else fields[at + 17 * field]
+                if sphere[3] > 0.0:
+                    dx, dy, dz = buffer[at + 4 * field], buffer[at + 5 * field], buffer[at + 6 * field]
+                    ball = _sphere_depth(sphere, origin[view], np.float64(dx), np.float64(dy), np.float64(dz))
+                    if ball < depth:
+                        depth, triangle = np.float32(ball), SPHERE
+                triangles[view, patch[first + lane]] = triangle
+                depths[view, patch[first + lane]] = depth
