@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from prnav.errors import RenderError
 from prnav.render.kernels import FIELDS, PACKET
 
-BYTES_PER_TRIANGLE = 100
+BYTES_PER_TRIANGLE = 80
 """Memory of an Embree scene per triangle, as measured: vertices, indices, tree and its leaves."""
 
 _TRIANGLES, _INDEX_BUFFER, _VERTEX_BUFFER = 0, 0, 1

@@ -3,6 +3,7 @@ import pytest
 
 from prnav.bench import table
 from prnav.bench.navmesh import _connected_pairs, _PortalGraphs
+from prnav.bench.scaling import cluttered_room, split_triangles
 from prnav.errors import ConfigError, RenderError
 from prnav.navmesh import load_navmesh
 from prnav.scene import load_scene
@@ -49,3 +50,14 @@ def test_both_graphs_give_one_length_never_below_the_exact_one():
     np.testing.assert_allclose(by_networkx, by_scipy, rtol=1e-9)
     assert (by_scipy >= navmesh.distances(a, b) * (1 - 5e-3)).all()
     assert np.isfinite(by_scipy).all()
+
+
+def test_split_triangles_are_the_same_surfaces():
+    mesh = cluttered_room(300)
+    finer = split_triangles(mesh)
+    assert len(finer.faces) == 4 * len(mesh.faces)
+    corners = mesh.vertices[mesh.faces].astype(float)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    corners = finer.vertices[finer.faces].astype(float)
+    parts = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    np.testing.assert_allclose(parts.reshape(4, -1), np.tile(area / 4, (4, 1)), rtol=1e-4)
