@@ -1,12 +1,14 @@
 """Engine "embree": one compiled loop makes rays, lets Embree trace them, shades and averages them.
 
 One Embree scene per mesh, built when a ray first needs it and held within the memory budget. Views are sorted by
-scene; there is no loop over agents in Python, and the interpreter is free while a request is computed.
+scene, so that a scene's data stay in the cache; there is no loop over agents or scenes but in compiled code, and the
+interpreter is free while a request is computed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +26,8 @@ from prnav.render.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
+
+Int64 = NDArray[np.int64]
 
 DENSE = 1024
 """Rays in a view from which packets are faster than rays one by one, as measured on four scenes."""
@@ -48,86 +52,76 @@ class EmbreeEngine:
         spheres: NDArray[np.float64] | None = None,
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.radiance`."""
-        table = ray_table(grid, sampling)
         pixel = 2.0 / (grid * sampling.side)
         areas = (pixel * pixel * (views.right * views.right).sum(axis=-1)).astype(np.float32)
-        readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
-        for scene, rows in runs_by_scene(scene_of_view):
-            tracer = self.residents.get([scene])[scene]
-            sums = np.zeros((len(rows) * grid * grid, 3), dtype=np.float32)
+        sums = np.zeros((len(views) * grid * grid, 3), dtype=np.float32)
+        table = ray_table(grid, sampling)
+        with self._traced(scene_of_view) as scenes:
             read_patches(
-                tracer.traced(table),
-                _chosen(views, spheres, rows),
+                _tracing(table),
+                *scenes,
+                _axes(views, spheres),
                 table.fields,
-                areas[rows],
-                tracer.surfaces.records,
-                tracer.surfaces.texels,
+                areas,
                 self._background,
                 self._sphere_color,
                 grid * grid,
                 sums,
             )
-            readings[rows] = (sums / np.float32(255 * sampling.count)).reshape(-1, grid, grid, 3)
-        return readings
+        return (sums / np.float32(255 * sampling.count)).reshape(-1, grid, grid, 3)
 
     def depth(
         self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: NDArray[np.float64] | None = None
     ) -> Float32:
         """See :meth:`prnav.render.engine.Engine.depth`."""
-        depths = np.empty((len(views), size, size), dtype=np.float32)
-        for scene, rows in runs_by_scene(scene_of_view):
-            depths[rows] = self._pixels(scene, views, size, spheres, rows)[1]
-        return depths
+        return self._pixels(scene_of_view, views, size, spheres)[1]
 
     def trace(self, scene: int, views: Views, size: int) -> tuple[NDArray[np.int32], Float32]:
         """Hit triangle (-1 on a miss) and z-depth (inf on a miss) of every pixel, both (M, size, size)."""
-        return self._pixels(scene, views, size, None, np.arange(len(views)))
+        return self._pixels(np.full(len(views), scene), views, size, None)
 
     def _pixels(
-        self, scene: int, views: Views, size: int, spheres: NDArray[np.float64] | None, rows: NDArray[np.int64]
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: NDArray[np.float64] | None
     ) -> tuple[NDArray[np.int32], Float32]:
-        tracer, table = self.residents.get([scene])[scene], ray_table(size, Sampling())
-        triangles = np.empty((len(rows), size * size), dtype=np.int32)
-        depths = np.empty((len(rows), size * size), dtype=np.float32)
-        trace_pixels(
-            tracer.traced(table),
-            _chosen(views, spheres, rows),
-            table.fields,
-            tracer.surfaces.records,
-            triangles,
-            depths,
-        )
+        triangles = np.empty((len(views), size * size), dtype=np.int32)
+        depths = np.empty((len(views), size * size), dtype=np.float32)
+        table = ray_table(size, Sampling())
+        with self._traced(scene_of_view) as scenes:
+            trace_pixels(_tracing(table), *scenes, _axes(views, spheres), table.fields, triangles, depths)
         return triangles.reshape(-1, size, size), depths.reshape(-1, size, size)
+
+    @contextmanager
+    def _traced(self, scene_of_view: Int64) -> Iterator[tuple[Int64, Int64, Int64]]:
+        """What the kernels need of the scenes, which stay meanwhile; each view's row of it; views, scene by scene."""
+        needed, rows = np.unique(scene_of_view, return_inverse=True)
+        held = self.residents.get(needed.tolist())
+        yield (
+            np.array([tracer.addresses for tracer in held.values()], dtype=np.int64).reshape(-1, 5),
+            rows,
+            np.argsort(rows, kind="stable"),
+        )
+        del held
 
 
 class _Tracer:
     """One mesh in Embree, and its faces' records for shading."""
 
     def __init__(self, mesh: SceneMesh) -> None:
-        self.surfaces = Surfaces.of(mesh)
+        self._surfaces = Surfaces.of(mesh)
         self._mesh = EmbreeMesh(mesh.name, mesh.vertices, mesh.faces)
-        self.nbytes = self.surfaces.nbytes + embree.BYTES_PER_TRIANGLE * len(mesh.faces)
-
-    def traced(self, table: RayTable) -> tuple[int, int, bool, Float32]:
-        """The first arguments of the kernels: how to trace this mesh with such rays."""
-        packet = len(table) >= DENSE
-        return embree.intersect_address(packet), self._mesh.address, packet, embree.ray_buffer(packet)
+        self.nbytes = self._surfaces.nbytes + embree.BYTES_PER_TRIANGLE * len(mesh.faces)
+        records, texels = self._surfaces.records, self._surfaces.texels
+        self.addresses = (self._mesh.address, records.ctypes.data, len(records), texels.ctypes.data, len(texels))
+        """A row of the kernels' ``scenes``; valid as long as this object lives."""
 
 
-def _chosen(
-    views: Views, spheres: NDArray[np.float64] | None, rows: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], ...]:
-    """Origins, axes (n, 3) and spheres (n, 4) of some views."""
-    balls = np.zeros((len(rows), 4)) if spheres is None else spheres[rows]
-    return views.origin[rows], views.right[rows], views.up[rows], views.forward[rows], balls
+def _tracing(table: RayTable) -> tuple[int, bool, Float32]:
+    """How such rays are traced best, as the kernels take it."""
+    packet = len(table) >= DENSE
+    return embree.intersect_address(packet), packet, embree.ray_buffer(packet)
 
 
-def runs_by_scene(scene_of_view: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-    """Each scene that occurs, with its rows in ascending order."""
-    if not len(scene_of_view):
-        return
-    order = np.argsort(scene_of_view, kind="stable")
-    sorted_scenes = scene_of_view[order]
-    starts = np.flatnonzero(np.r_[True, sorted_scenes[1:] != sorted_scenes[:-1]])
-    for start, rows in zip(starts, np.split(order, starts[1:]), strict=True):
-        yield int(sorted_scenes[start]), rows
+def _axes(views: Views, spheres: NDArray[np.float64] | None) -> tuple[NDArray[np.float64], ...]:
+    """Origins, axes (M, 3) and spheres (M, 4) of the views."""
+    balls = np.zeros((len(views), 4)) if spheres is None else spheres
+    return views.origin, views.right, views.up, views.forward, balls

@@ -14,8 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import carray, njit, types
 from numba.extending import intrinsic
+
+from prnav.render.surface_record import SURFACE
 
 PACKET = 8
 """Rays taken at a time: as many float32 as an AVX register holds."""
@@ -32,7 +34,7 @@ LEVEL_BIAS = 0.5
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_surfaces(vertices, faces, uvs, face_texture, colors, table, coarsest, surfaces):
-    """Write what shading needs of each triangle into its record; see :data:`prnav.render.surfaces.SURFACE`."""
+    """Write what shading needs of each triangle into its record; see :data:`prnav.render.surface_record.SURFACE`."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         row = face_texture[f]
@@ -98,6 +100,16 @@ def _prefetch(typing, address):  # noqa: D417 (typing is the compiler's)
         return context.get_dummy_value()
 
     return types.void(types.int64), generate
+
+
+@intrinsic
+def _pointer(typing, address):  # noqa: D417 (typing is the compiler's)
+    """An address as a pointer, for ``carray``."""
+
+    def generate(context, builder, signature, values):
+        return builder.inttoptr(values[0], ir.IntType(8).as_pointer())
+
+    return types.voidptr(types.int64), generate
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -190,33 +202,39 @@ def _add_colour(sums, row, weight, texel, surface, s, t):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_patches(mesh, views, table, pixel_area, surfaces, texels, background, sphere_color, patches, sums):
+def read_patches(
+    tracing, scenes, scene_of_view, order, views, table, pixel_area, background, sphere_color, patches, sums
+):
     """Add the colour (0 to 255) of each ray of each view, times its weight, to its patch in ``sums`` (M * patches, 3).
 
     Args:
-        mesh: addresses of Embree's function and scene, whether to trace packets, and
-            :func:`prnav.render.embree.ray_buffer`'s memory for the rays.
+        tracing: address of Embree's function, whether it takes packets, and :func:`prnav.render.embree.ray_buffer`'s
+            memory for the rays.
+        scenes: per scene the address of Embree's scene, and address and length of its
+            :class:`prnav.render.surfaces.Surfaces`' records and texels, (S, 5) int64.
+        scene_of_view: row of ``scenes``, (M,).
+        order: in which views are traced, those of a scene together, (M,).
         views: origins [m] and axes right, up, forward, (M, 3) each, and spheres (M, 4), of radius 0 for none.
         table: the fields of a :class:`prnav.render.ray_table.RayTable`.
         pixel_area: of each view's rays on the image plane at distance 1, (M,). A pixel covers
             ``pixel_area t^2 / |n . d|`` of a surface at depth t (unit normal n, direction d of length 1 along the
             axis); Embree's normal is as long as twice the triangle's area.
-        surfaces: records of :class:`prnav.render.surfaces.Surfaces`.
-        texels: of the same.
         background: colour of misses, 0 to 255, (3,).
         sphere_color: 0 to 255, (3,).
         patches: of a view.
         sums: what is added to.
     """
-    intersect, scene, packet, buffer = mesh
+    intersect, packet, buffer = tracing
     origin, right, up, forward, spheres = views
     a, b, patch, weight = table
     field, ray = (PACKET, 1) if packet else (1, FIELDS)
     fields = buffer.view(np.int32)
     active = np.empty(PACKET, dtype=np.int32)
     place = np.empty(PACKET, dtype=np.int64)
-    records = surfaces.ctypes.data
-    for view in range(len(origin)):
+    for view in order:
+        scene, records, triangles, colours, count = scenes[scene_of_view[view]]
+        surfaces = carray(_pointer(records), (triangles,), SURFACE)  # type: ignore[call-arg]
+        texels = carray(_pointer(colours), (count,), np.uint32)
         area = pixel_area[view] * np.float32(LEVEL_BIAS)
         sphere = spheres[view]
         for first in range(0, len(a), PACKET):
@@ -257,24 +275,25 @@ def read_patches(mesh, views, table, pixel_area, surfaces, texels, background, s
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_pixels(mesh, views, table, surfaces, triangles, depths):
+def trace_pixels(tracing, scenes, scene_of_view, order, views, table, triangles, depths):
     """Write the triangle (-1 on a miss, ``SPHERE``) and z-depth [m] (inf on a miss) that each ray meets, (M, P).
 
     The arguments are those of :func:`read_patches`.
     """
-    intersect, scene, packet, buffer = mesh
+    intersect, packet, buffer = tracing
     origin, right, up, forward, spheres = views
     a, b, patch, _ = table
     field, ray = (PACKET, 1) if packet else (1, FIELDS)
     fields = buffer.view(np.int32)
     active = np.empty(PACKET, dtype=np.int32)
-    for view in range(len(origin)):
+    for view in order:
+        scene, records = scenes[scene_of_view[view], 0], scenes[scene_of_view[view], 1]
         sphere = spheres[view]
         for first in range(0, len(a), PACKET):
             lanes = min(PACKET, len(a) - first)
             _trace(
                 intersect, scene, packet, lanes, buffer, fields, active,
-                origin[view], right[view], up[view], forward[view], a, b, first, surfaces.ctypes.data,
+                origin[view], right[view], up[view], forward[view], a, b, first, records,
             )  # fmt: skip
             for lane in range(lanes):
                 at = lane * ray

@@ -50,6 +50,7 @@ class Residents(Generic[T]):
         self._budget = budget
         self._evicted = evicted
         self._held: OrderedDict[int, T] = OrderedDict()
+        self._bytes = 0
         self._lock = threading.RLock()
         self._stop = threading.Event()
 
@@ -57,7 +58,7 @@ class Residents(Generic[T]):
     def nbytes(self) -> int:
         """Memory of all held scenes [bytes]."""
         with self._lock:
-            return sum(item.nbytes for item in self._held.values())
+            return self._bytes
 
     @property
     def held(self) -> tuple[int, ...]:
@@ -76,7 +77,7 @@ class Residents(Generic[T]):
             found: dict[int, T] = {}
             for scene in needed:
                 if scene not in self._held:
-                    self._held[scene] = self._prepare(self._scenes[scene])
+                    self._hold(scene, self._prepare(self._scenes[scene]))
                 self._held.move_to_end(scene)
                 found[scene] = self._held[scene]
                 self._make_room(len(found))
@@ -115,15 +116,18 @@ class Residents(Generic[T]):
                     continue
                 if self.nbytes + item.nbytes > self._budget:
                     return
-                self._held[scene] = item
+                self._hold(scene, item)
                 self._held.move_to_end(scene, last=False)  # not used yet: the first to go
         if progress is not None:
             progress(total, total, "")
 
     def _make_room(self, needed: int) -> None:
         """Let go of what was used longest ago, but of none of the ``needed`` used last."""
-        excess = self.nbytes - self._budget
-        while excess > 0 and len(self._held) > needed:
+        while self._bytes > self._budget and len(self._held) > needed:
             scene = next(iter(self._held))
             self._evicted(scene)
-            excess -= self._held.pop(scene).nbytes
+            self._bytes -= self._held.pop(scene).nbytes
+
+    def _hold(self, scene: int, item: T) -> None:
+        self._held[scene] = item
+        self._bytes += item.nbytes

@@ -12,23 +12,10 @@ from numpy.typing import NDArray
 from prnav.errors import RenderError
 from prnav.render.charts import cached_coarsest_levels
 from prnav.render.kernels import fill_surfaces
+from prnav.render.surface_record import SURFACE
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
-
-SURFACE = np.dtype(
-    [
-        *((name, np.float32) for name in ("u", "v", "u1", "v1", "u2", "v2", "texels", "density")),
-        *((name, np.int32) for name in ("offset", "width", "height", "coarsest", "color0", "color1", "color2")),
-        ("tinted", np.int32),
-    ]
-)
-"""Record of a triangle, 64 bytes.
-
-u, v of corner 0 and the differences of corners 1 and 2 to it; its doubled area in texels of level 0, and texels per
-square metre; its texture's first texel, width, height and coarsest level allowed; the corners' colours as
-``red | green << 8 | blue << 16``, and 1 where any is not white.
-"""
 
 LINE = 64
 """Bytes of a cache line."""
@@ -39,7 +26,7 @@ class Surfaces:
     """Records of a mesh's triangles and its texels."""
 
     records: NDArray[Any]
-    """Of type :data:`SURFACE`, shape (F,), each in a cache line of its own."""
+    """Of type :data:`prnav.render.surface_record.SURFACE`, shape (F,), each in a cache line of its own."""
     texels: NDArray[np.uint32]
     """``red | green << 8 | blue << 16 | alpha << 24``, shape (T,)."""
 

@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 
 from prnav.render.kernels import LEVEL_BIAS
-from prnav.render.surfaces import SURFACE
+from prnav.render.surface_record import SURFACE
 
 wp.set_module_options({"enable_backward": False})
 
@@ -28,7 +28,7 @@ _SPHERE = wp.constant(-2)
 
 @wp.struct
 class Surface:
-    """A triangle's record, field by field that of :data:`prnav.render.surfaces.SURFACE`."""
+    """A triangle's record, field by field that of :data:`prnav.render.surface_record.SURFACE`."""
 
     u: wp.float32
     v: wp.float32
@@ -224,7 +224,7 @@ def trace_pixels(
 
 
 def surface_array(records: np.ndarray[Any, Any], device: Any) -> Any:
-    """Records of :data:`prnav.render.surfaces.SURFACE` as a Warp array of :class:`Surface` on a device."""
+    """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`Surface` on a device."""
     dtype = np.dtype(Surface.numpy_dtype())
     assert dtype.itemsize == SURFACE.itemsize == 64  # the same bytes
     return wp.array(np.asarray(records).view(dtype), dtype=Surface, device=device)
