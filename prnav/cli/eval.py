@@ -6,7 +6,7 @@ import argparse
 import dataclasses
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -21,6 +21,7 @@ from prnav.files import write_text
 
 if TYPE_CHECKING:
     from prnav.env import EnvConfig
+    from prnav.evaluate.intervals import Interval
     from prnav.evaluate.learned import TrainedRun
     from prnav.evaluate.records import Evaluation
 
@@ -206,7 +207,7 @@ def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, o
     """Print how several evaluations differ; the same for ``--json``."""
     if len(evaluations) < 2:
         return {}
-    from prnav.evaluate.compare import differences, same_episodes, seed_groups
+    from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups
     from prnav.report.tables import differences_table, seeds_table
 
     names = [evaluation.label for evaluation in evaluations]
@@ -215,13 +216,21 @@ def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, o
         console.print(differences_table(paired))
     elif not same_episodes(evaluations):
         console.print("these evaluations are of different episodes, so they are not compared", highlight=False)
+    between = group_differences(groups)
     if groups:
         console.print(seeds_table(groups))
+    if between:
+        console.print(differences_table(between))
     return {
         "evaluations": [evaluation.header for evaluation in evaluations],
         "differences": [dataclasses.asdict(difference) for difference in paired],
-        "seeds": [dataclasses.asdict(group) for group in groups],
+        "seeds": [{"name": group.name, "seeds": group.seeds, "measures": _as_json(group.measures)} for group in groups],
+        "seed_differences": [dataclasses.asdict(difference) for difference in between],
     }
+
+
+def _as_json(measures: Mapping[str, Interval]) -> dict[str, dict[str, float]]:
+    return {key: dataclasses.asdict(interval) for key, interval in measures.items()}
 
 
 def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str) -> EnvConfig:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from prnav.evaluate.intervals import Interval, interval_over_runs, paired_difference
+from prnav.evaluate.intervals import Interval, interval_over_run_groups, interval_over_runs, paired_difference
 from prnav.evaluate.records import Evaluation
 from prnav.evaluate.summary import MEASURES, column
 
@@ -33,6 +34,8 @@ class SeedGroup:
     seeds: tuple[int, ...]
     measures: dict[str, Interval]
     """Mean over runs and episodes, with the interval over both."""
+    members: tuple[Evaluation, ...]
+    """The runs' evaluations, in the order of ``seeds``."""
 
 
 def same_episodes(evaluations: Sequence[Evaluation]) -> bool:
@@ -71,6 +74,29 @@ def seed_groups(evaluations: Sequence[Evaluation]) -> list[SeedGroup]:
         keys = [measure.key for measure in MEASURES if all(measure.key in member.rows[0] for member in members)]
         values = {key: np.stack([column(member.rows, key) for member in members]) for key in keys}
         means = {key: interval_over_runs(table) for key, table in values.items() if np.isfinite(table).all()}
-        label = ", ".join(dict.fromkeys(str(member.header.get("agent")) for member in members))
-        result.append(SeedGroup(f"{label} ({members[0].header.get('actions')})", seeds, means))
+        label = shared_name([str(member.header.get("agent")) for member in members])
+        result.append(SeedGroup(f"{label} ({members[0].header.get('actions')})", seeds, means, tuple(members)))
     return result
+
+
+def group_differences(groups: Sequence[SeedGroup]) -> list[Difference]:
+    """Each group of seeds after the first against it, where they played the same episodes: over seeds and episodes."""
+    result = []
+    for group in groups[1:]:
+        if not same_episodes([*groups[0].members, *group.members]):
+            continue
+        measures = {}
+        for key in COMPARED:
+            if key in group.measures and key in groups[0].measures:
+                ours, theirs = (
+                    np.stack([column(member.rows, key) for member in one.members]) for one in (group, groups[0])
+                )
+                measures[key] = interval_over_run_groups(ours, theirs)
+        result.append(Difference(group.name, groups[0].name, measures))
+    return result
+
+
+def shared_name(names: Sequence[str]) -> str:
+    """One name for runs that differ by their seed: what all begin with, or all of them."""
+    start = os.path.commonprefix(list(names)).rstrip("-_. ")
+    return start if len(start) >= 3 else ", ".join(dict.fromkeys(names))

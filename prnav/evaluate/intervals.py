@@ -92,12 +92,38 @@ def interval_over_runs(
         resamples: number of resamples.
         seed: seed of the resampling.
     """
-    values = np.asarray(values, dtype=np.float64)
-    runs, episodes = values.shape
+    return interval_over_run_groups(values, None, confidence, resamples, seed)
+
+
+def interval_over_run_groups(
+    values: ArrayLike,
+    others: ArrayLike | None,
+    confidence: float = 0.95,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Interval:
+    """Interval of the mean difference of two groups of runs that played the same episodes.
+
+    The runs of each group are drawn on their own, since a seed of one has nothing to do with that of the other; the
+    episodes are drawn for both together.
+
+    Args:
+        values: (R, E), R runs that differ by their seed.
+        others: (Q, E), what is subtracted; None for nothing.
+        confidence: of the interval.
+        resamples: number of resamples.
+        seed: seed of the resampling.
+    """
+    groups = [np.asarray(group, dtype=np.float64) for group in (values, others) if group is not None]
     generator = np.random.Generator(np.random.PCG64(seed))
-    share_RB = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=resamples).T / runs
-    by_run_BR = bootstrap_means(values.T, resamples, seed + 1)
-    means = np.sum(share_RB.T * by_run_BR, axis=1)
+    by_run = bootstrap_means(np.concatenate(groups).T, resamples, seed + 1)  # (resamples, R + Q), episodes shared
+    means, mean, first = np.zeros(resamples), 0.0, 0
+    for sign, group in zip((1.0, -1.0), groups, strict=False):
+        runs = len(group)
+        share = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=resamples) / runs
+        means += sign * np.sum(share * by_run[:, first : first + runs], axis=1)
+        mean += sign * float(group.mean())
+        first += runs
     tail = 0.5 * (1.0 - confidence)
     low, high = np.quantile(means, [tail, 1.0 - tail])
-    return Interval(float(values.mean()), float(low), float(high))
+    return Interval(mean, float(low), float(high))

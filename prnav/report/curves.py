@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from prnav.errors import RecordError
 from prnav.report import style
 
+Rows = Sequence[Mapping[str, Any]]
+"""Rows of a run's metrics."""
+
 METRICS = "metrics.jsonl"
 SHARES = ("measures.spl", "measures.success", "measures.soft_spl")
 """Metrics between 0 and 1."""
@@ -71,32 +74,27 @@ def smooth(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
     return np.divide(total, count, out=np.full(len(values), np.nan), where=count > 0)
 
 
-def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping[str, str]) -> Figure | None:
-    """Learning curves of runs side by side.
+def draw_curves(runs: Mapping[str, Sequence[Rows]], panels: Mapping[str, str]) -> Figure | None:
+    """Learning curves of runs side by side; of several seeds the mean, in the band that they span.
 
     Args:
-        runs: name to rows of :func:`read_metrics`.
+        runs: name to rows of :func:`read_metrics`, of each seed.
         panels: metric's key to its title; those no run has are left out.
 
     Returns:
         The figure, or None where no run has any of the metrics.
     """
-    shown = [key for key in panels if any(len(series(rows, key)[0]) for rows in runs.values())]
+    every = [rows for seeds in runs.values() for rows in seeds]
+    shown = [key for key in panels if any(len(series(rows, key)[0]) for rows in every)]
     if not shown:
         return None
     figure = style.new_figure(min(4.1 * len(shown), 11.4), 3.1 + 0.3 * (len(runs) > 1))
     with style.styled():
         grid = figure.subplots(1, len(shown), squeeze=False)[0]
         for axes, key in zip(grid, shown, strict=True):
-            for color, (name, rows) in zip(style.SERIES * len(runs), runs.items(), strict=False):
-                steps, values = series(rows, key)
-                if not len(steps):
-                    continue
-                width = max(1, len(values) // 40) | 1
-                if width > 1:
-                    axes.plot(steps, values, color=color, linewidth=0.8, alpha=0.25)
-                axes.plot(steps, smooth(values, width), color=color, linewidth=2.0, label=name)
-            _shade_imitation(axes, runs.values())
+            for color, (name, seeds) in zip(style.SERIES * len(runs), runs.items(), strict=False):
+                _draw_seeds(axes, [found for rows in seeds if len((found := series(rows, key))[0])], color, name)
+            _shade_imitation(axes, every)
             if key in SHARES:
                 axes.set_ylim(-0.02, 1.02)
             else:
@@ -109,6 +107,25 @@ def draw_curves(runs: Mapping[str, Sequence[Mapping[str, Any]]], panels: Mapping
             handles, labels = grid[0].get_legend_handles_labels()
             figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _draw_seeds(
+    axes: Axes, seeds: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]], color: str, name: str
+) -> None:
+    """One run's curve, smoothed over its own pale one; or the mean of several in the band from least to most."""
+    if not seeds:
+        return
+    smoothed = [smooth(values, max(1, len(values) // 40) | 1) for _, values in seeds]
+    if len(seeds) == 1:
+        steps, values = seeds[0]
+        if len(values) >= 80:
+            axes.plot(steps, values, color=color, linewidth=0.8, alpha=0.25)
+        axes.plot(steps, smoothed[0], color=color, linewidth=2.0, label=name)
+        return
+    steps = min((steps for steps, _ in seeds), key=len)
+    table = np.stack([np.interp(steps, own, values) for (own, _), values in zip(seeds, smoothed, strict=True)])
+    axes.fill_between(steps, table.min(axis=0), table.max(axis=0), color=color, alpha=0.18, linewidth=0.0)
+    axes.plot(steps, table.mean(axis=0), color=color, linewidth=2.0, label=f"{name} ({len(seeds)} seeds)")
 
 
 def _shade_imitation(axes: Axes, runs: Iterable[Sequence[Mapping[str, Any]]]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 import prnav
 from prnav.errors import RecordError
-from prnav.evaluate.compare import differences, same_episodes, seed_groups
+from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups, shared_name
 from prnav.evaluate.evaluator import Trajectory
 from prnav.evaluate.maps import FloorMap, load_maps
 from prnav.evaluate.picks import pick_episodes
@@ -115,7 +115,7 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
         for run in runs
         for name in run.unfinished
     ]
-    curves = draw_curves({run.name: run.metrics for run in runs if run.metrics}, PANELS)
+    curves = draw_curves(_by_recipe(runs), PANELS)
     if curves is not None:
         parts += ["<h2>Learning</h2>", _figure(style.data_uri(curves), CURVES)]
         parts += [f"<p>{html.escape(line)}</p>" for line in map(_trained, runs) if line]
@@ -149,12 +149,25 @@ def _results(evaluations: Sequence[Evaluation], names: Sequence[str]) -> list[st
     if groups:
         parts += ["<h3>Over seeds</h3>", f'<div class="scroll">{seeds_html(groups)}</div>']
         parts.append("<p>The bootstrap draws runs and episodes; with few seeds the interval is wide, and rightly.</p>")
+    if between := group_differences(groups):
+        parts += ["<h3>Differences over seeds</h3>", f'<div class="scroll">{differences_html(between)}</div>']
     if not same_episodes(evaluations):
         parts.append("<p>These evaluations are of different episodes; they do not compare one to one.</p>")
     breakdown = draw_breakdown(evaluations, names)
     if breakdown is not None:
         parts.append(_figure(style.data_uri(breakdown), BREAKDOWN))
     return parts
+
+
+def _by_recipe(runs: Sequence[RunRecords]) -> dict[str, list[tuple[dict[str, Any], ...]]]:
+    """Metrics of the runs, those of one recipe (all but the seed is the same) together under one name."""
+    recipes: dict[str, list[RunRecords]] = {}
+    for run in runs:
+        heads = [evaluation.header.get("checkpoint") or {} for evaluation in run.evaluations]
+        recipe = next((str(head["recipe"]) for head in heads if "recipe" in head), run.name)
+        if run.metrics:
+            recipes.setdefault(recipe, []).append(run)
+    return {shared_name([run.name for run in group]): [run.metrics for run in group] for group in recipes.values()}
 
 
 def _pairs(shown: Sequence[tuple[RunRecords, Evaluation]], names: Sequence[str]) -> list[str]:

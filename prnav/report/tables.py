@@ -38,7 +38,7 @@ def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
 
 
 def differences_table(differences: Sequence[Difference]) -> Table:
-    """Paired differences to the first evaluation: a line per measure, a column per evaluation."""
+    """Differences to the first evaluation or group of seeds: a line per measure, a column per difference."""
     title = f"difference to {differences[0].baseline}, paired by episode (95 % interval)"
     table = Table(title=title, title_justify="left", title_style="bold")
     table.add_column("measure")

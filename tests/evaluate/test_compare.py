@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from prnav.evaluate.compare import differences, seed_groups
-from prnav.evaluate.intervals import bootstrap_interval, interval_over_runs
+from prnav.evaluate.compare import differences, group_differences, seed_groups, shared_name
+from prnav.evaluate.intervals import bootstrap_interval, interval_over_run_groups, interval_over_runs
 from prnav.evaluate.records import Evaluation
 
 
@@ -32,7 +32,7 @@ def test_seeds_of_one_recipe_are_taken_together():
     stranger = evaluation(generator.random(50), recipe="q", seed=3, steps=9)
     (group,) = seed_groups([*runs, stranger])
     assert group.seeds == (0, 1, 2)
-    assert group.name == "run0, run1, run2 (sampled)"
+    assert group.name == "run (sampled)"
     values = [[row["spl"] for row in run.rows] for run in runs]
     assert group.measures["spl"].mean == pytest.approx(np.mean(values))
     assert seed_groups([runs[0], runs[0]]) == []  # the same run twice is not two seeds
@@ -59,3 +59,32 @@ def test_intervals_over_runs_cover_the_truth_as_often_as_they_say():
         interval = interval_over_runs(values, resamples=400, seed=trial)
         hits += interval.low <= 0.5 <= interval.high
     assert 0.85 <= hits / 200 <= 0.99
+
+
+def test_groups_of_seeds_are_compared_over_seeds_and_episodes():
+    generator = np.random.default_rng(4)
+    base = generator.random(100)
+    runs = [evaluation(base + 0.01 * seed, recipe="r", seed=seed, steps=9) for seed in range(3)]
+    better = [evaluation(base + 0.2 + 0.01 * seed, recipe="q", seed=seed, steps=9) for seed in range(3)]
+    (difference,) = group_differences(seed_groups([*runs, *better]))
+    spl = difference.measures["spl"]
+    assert spl.mean == pytest.approx(0.2)
+    assert 0.17 < spl.low < 0.2 < spl.high < 0.23  # seeds differ by up to 0.02, episodes cancel
+    elsewhere = [evaluation(base, "other", recipe="q", seed=seed, steps=9) for seed in range(3)]
+    assert group_differences(seed_groups([*runs, *elsewhere])) == []
+
+
+def test_differences_of_groups_cover_the_truth_as_often_as_they_say():
+    generator = np.random.default_rng(5)
+    hits = 0
+    for trial in range(200):
+        episodes = 0.3 * generator.standard_normal((1, 40))
+        ours, theirs = (0.1 * generator.standard_normal((6, 1)) + episodes for _ in range(2))
+        interval = interval_over_run_groups(ours, theirs, resamples=400, seed=trial)
+        hits += interval.low <= 0.0 <= interval.high
+    assert 0.82 <= hits / 200 <= 0.99
+
+
+def test_runs_that_differ_by_their_seed_share_a_name():
+    assert shared_name(["pointgoal-blind-0", "pointgoal-blind-1"]) == "pointgoal-blind"
+    assert shared_name(["a", "b"]) == "a, b"

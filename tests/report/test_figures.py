@@ -60,7 +60,18 @@ def test_series_follow_paths_and_skip_what_is_missing():
     steps, values = series(rows, "measures.spl")
     assert steps.tolist() == [1, 3]
     assert values.tolist() == [0.5, 1.0]
-    assert draw_curves({"run": rows}, {"measures.reward": "Reward"}) is None
+    assert draw_curves({"run": [rows]}, {"measures.reward": "Reward"}) is None
+
+
+def test_curves_of_several_seeds_are_one_line_in_a_band():
+    seeds = [[{"step": t, "spl": level} for t in range(30)] for level in (0.2, 0.4)]
+    figure = draw_curves({"eye": seeds, "blind": [seeds[0]]}, {"spl": "SPL"})
+    axes = figure.axes[0]
+    lines = {line.get_label(): line.get_ydata() for line in axes.lines}
+    np.testing.assert_allclose(lines["eye (2 seeds)"], 0.3)
+    np.testing.assert_allclose(lines["blind"], 0.2)
+    (band,) = axes.collections
+    assert band.get_paths()[0].vertices[:, 1].min() == 0.2 and band.get_paths()[0].vertices[:, 1].max() == 0.4
 
 
 def test_smoothing_keeps_constants_and_ignores_holes():
