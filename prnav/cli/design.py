@@ -9,7 +9,7 @@ import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -81,7 +81,9 @@ def parser() -> argparse.ArgumentParser:
 
     compare = commands.add_parser("compare", help="table and figure of what searches and sweeps found")
     compare.add_argument("folder", nargs="+", help="folders that optimize, evaluate or sweep made")
-    compare.add_argument("--kind", choices=("designs", *SWEEPS, "proxy"), help="the figure (default: the folder's own)")
+    compare.add_argument(
+        "--kind", choices=("designs", *SWEEPS, "proxy", "methods"), help="the figure (default: the folder's own)"
+    )
     compare.add_argument("--measure", choices=MEASURES, default="spl", help="what is compared (default: spl)")
     compare.add_argument("--scores", metavar="FILE", help="what evaluate --proxy --json wrote, for --kind proxy")
     compare.add_argument("--out", metavar="PNG", help="figure to write (default: KIND.png in the first folder)")
@@ -186,7 +188,7 @@ def _optimize(options: argparse.Namespace) -> None:
     config = load_optimize_config(options.config, tuple(options.settings))
     folder = Path(options.out) if options.out else Path("runs") / config.name
     with _Board() as board:
-        optimizer = Optimizer(config, folder, board.say, board.loading, options.storage, options.join)
+        optimizer = Optimizer(config, folder, board.say, board.loading, options.storage)
         if options.join:
             optimizer.help()
             return
@@ -320,56 +322,9 @@ def _designs(options: argparse.Namespace, config: OptimizeConfig) -> list[tuple[
 
 
 def _compare(options: argparse.Namespace) -> None:
-    from dataclasses import asdict
+    from prnav.cli._design_compare import compare
 
-    from prnav.report.design_figures import FIGURES
-    from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
-    from prnav.report.style import save_png
-
-    rows = load_rows(options.folder)
-    kind = options.kind or str(rows[0].get("kind", "gain"))
-    if kind == "proxy":
-        result = against_scores(rows, _scores(options.scores), options.measure)
-    else:
-        result = ANALYSES[kind](rows, options.measure)
-    console = Console()
-    told: dict[str, Any] = {"kind": kind, "measure": options.measure}
-    if isinstance(result, Gains):
-        entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
-        entries += [(f"optimised {s}", i) for s, i in zip(result.starts, result.optimised, strict=True)]
-        entries.append(("gain", result.gain))
-        told["improved"], told["starts"] = result.improved, len(result.starts)
-    elif isinstance(result, Correlation):
-        entries = [("Spearman's rho", result.rho)]
-    else:
-        several = len({one.task for one in result}) > 1
-        entries = [(f"{one.group} ({one.task})" if several else one.group, one.interval) for one in result]
-    table = Table(title=f"{kind}: {options.measure}", title_justify="left", title_style="bold")
-    table.add_column("designs")
-    table.add_column("mean", justify="right", style="bold")
-    table.add_column("95 % interval", justify="right", style="dim")
-    for name, interval in entries:
-        table.add_row(name, f"{interval.mean:.3f}", f"{interval.low:.3f} to {interval.high:.3f}")
-        told.setdefault("intervals", {})[name] = asdict(interval)
-    console.print(table)
-    first = Path(options.folder[0])
-    path = Path(options.out) if options.out else (first if first.is_dir() else first.parent) / f"{kind}.png"
-    save_png(FIGURES[kind](result, options.measure), path)
-    console.print(f"figure   {path}", highlight=False, soft_wrap=True)
-    if options.json:
-        write_text(options.json, json.dumps(told, indent=1) + "\n")
-
-
-def _scores(file: str | None) -> dict[str, dict[str, float]]:
-    """The proxy's scores of designs by name."""
-    if file is None:
-        raise ConfigError(
-            "--kind proxy compares with the proxy's scores; give --scores FILE (evaluate --proxy --json FILE)"
-        )
-    try:
-        return dict(json.loads(Path(file).read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"scores {file}: cannot be read ({error}); write them by evaluate --proxy --json") from error
+    compare(options)
 
 
 def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:

@@ -41,10 +41,16 @@ class OptimizeConfig:
     measure: Literal["spl", "soft_spl", "soft_spl_closest", "success", "reward"] = "soft_spl_closest"
     """Measure of a specialist that counts."""
     budget: int = 0
-    """Steps that specialists of a search may spend in all, so that methods can be compared; 0 asks for
-    ``search.trials`` designs instead. The joint method spends ``train.total_steps``."""
+    """Steps that a search may spend in all, of specialists or of readings for the proxy, so that methods can be
+    compared; 0 asks for ``search.trials`` designs instead. The joint method spends ``train.total_steps``."""
     judge: bool = True
-    """Whether to end by training a specialist at the initial and at the found design, with equal budgets."""
+    """Whether to end by training a specialist at the initial and at the found design, with equal budgets and seeds
+    that no search uses."""
+    judge_steps: int = 0
+    """Steps of each of these; 0 for ``specialist.steps``."""
+    judge_split: str = ""
+    """Built-in homes that these play in; empty for ``specialist.split``. A search that scores designs by specialists
+    has chosen the luckiest on that split: another one is needed to say what its design is worth."""
     judge_seeds: int = 1
     """Specialists per design."""
     joint: JointConfig = field(default_factory=JointConfig)
@@ -57,13 +63,25 @@ class OptimizeConfig:
         for name in ("sensors", "grid", "starts", "judge_seeds"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        if self.budget < 0 or self.seed < 0:
-            raise ValueError(f"budget is {self.budget}, seed {self.seed}; both must be 0 or more")
+        for name in ("budget", "seed", "judge_steps"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
 
     @property
     def trials(self) -> int:
         """Designs that a search tries."""
-        return max(1, self.budget // self.specialist.steps) if self.budget else self.search.trials
+        return max(1, self.budget // self.cost_steps) if self.budget else self.search.trials
+
+    @property
+    def final(self) -> SpecialistConfig:
+        """The specialists that end a search."""
+        own = self.specialist
+        return replace(own, steps=self.judge_steps or own.steps, split=self.judge_split or own.split)
+
+    @property
+    def cost_steps(self) -> int:
+        """Steps that the score of one design takes."""
+        return self.proxy.cost_steps if self.score == "proxy" else self.specialist.steps
 
     def initial_design(self, start: int = 0) -> Design:
         """Initial design of a start.

@@ -45,7 +45,6 @@ class Optimizer:
         say: Say = lambda stage, done, of, text: None,
         loading: Progress | None = None,
         storage: str | None = None,
-        worker: int = 0,
     ) -> None:
         """Search in ``folder``, new or interrupted.
 
@@ -55,14 +54,14 @@ class Optimizer:
             say: told how it gets on.
             loading: told which scenes are loading.
             storage: address of the database that holds studies; a file in the folder otherwise.
-            worker: number of this process among those that work on the same study.
 
         Raises:
             ConfigError: the folder holds another search.
         """
         self.config, self.folder, self.say, self.loading = config, folder, say, loading
-        self.storage, self.worker = storage, worker
+        self.storage = storage
         self._judge: Judge | None = None
+        self._final: Judge | None = None
         self._proxy: Proxy | None = None
         path = folder / CONFIG
         if not path.exists():
@@ -78,6 +77,16 @@ class Optimizer:
         if self._judge is None:
             self._judge = Judge(self.config.train, self.config.specialist, self.loading)
         return self._judge
+
+    @property
+    def final(self) -> Judge:
+        """Judge of what was found: other seeds, and other homes where the config names some."""
+        config = self.config
+        if config.final == config.specialist:
+            return self.judge
+        if self._final is None:
+            self._final = Judge(config.train, config.final, self.loading, self.judge)
+        return self._final
 
     @property
     def proxy(self) -> Proxy:
@@ -132,7 +141,8 @@ class Optimizer:
         if done.exists():  # another process on the same study was first
             return json.loads(done.read_text(encoding="utf-8"))
         save_design(found, place / "found.toml")
-        facts = {"start": number, "method": self.config.method, **facts}
+        score = {"joint": "generalist", "halving": "specialist"}.get(self.config.method, self.config.score)
+        facts = {"start": number, "method": self.config.method, "score": score, **facts}
         write_text(done, json.dumps(facts) + "\n")
         return facts
 
@@ -151,16 +161,16 @@ class Optimizer:
         rows = []
         for index, (number, which, offset) in enumerate(jobs):
             self.say("specialists", index, len(jobs), f"start {number}, {which} design")
-            place, seed = self._place(number), config.specialist.seed + offset
+            place, seed = self._place(number), config.specialist.seed + 1 + offset  # the search's own was lucky
             if not (place / "start.json").exists():
                 continue
             design, folder = load_design(place / f"{which}.toml"), place / f"specialist-{which}-{seed}"
             with held(folder, wait) as mine:
                 if not mine:
                     continue
-                measures = self.judge.specialist(design, folder, seed=seed)
+                measures = self.final.specialist(design, folder, seed=seed)
             group = f"{'initial' if which == 'initial' else 'optimised'} {number}"
-            rows.append(row_of(design, measures, group=group, seed=seed, steps=config.specialist.steps))
+            rows.append(row_of(design, measures, group=group, seed=seed, steps=config.final.steps))
         self.say("specialists", len(jobs), len(jobs), "done")
         return rows
 
@@ -183,8 +193,8 @@ class Optimizer:
             lambda theta: self._score(initial, theta, number),
             settings,
             self.storage or self._place(number) / "study.log",
-            config.seed + number + 1000 * self.worker,
-            f"{config.name}-{number}",
+            config.seed + number,
+            f"{config.name}-{config.method}-{config_hash(config)[:8]}-{number}",  # one database may hold many searches
             report,
         )
         best = searching.best_of(trials)
@@ -193,8 +203,13 @@ class Optimizer:
             f"Found from {initial.name} by {config.method} search, {len(trials)} designs scored by the {config.score}."
         )
         found = moved_design(initial, with_free_values(best.values, initial), name, text)
-        each = self.proxy.cost_steps if config.score == "proxy" else config.specialist.steps
-        facts = {"initial": trials[0].score, "found": best.score, "trials": len(trials), "steps": each * len(trials)}
+        spent = config.cost_steps * len(trials)
+        facts = {
+            "initial": searching.initial_of(trials).score,
+            "found": best.score,
+            "trials": len(trials),
+            "steps": spent,
+        }
         return found, {**facts, "scores": [trial.score for trial in trials]}
 
     def _score(self, initial: Design, theta: NDArray[np.float64], number: int) -> float:

@@ -5,7 +5,7 @@ readings of a design and finds that R^2 goes with the reward. Here, at places dr
 
 - "free": how far one can walk in each of D directions around the agent (the way is clear, or a wall is near);
 - "way": the bearing of the next turning point on the shortest path to a goal whose distance and bearing are given as
-  they are to the agent: what the oracle knows and the goal alone does not say;
+  they are to the agent: what the oracle knows and, where the straight way is blocked, the goal alone does not say;
 - "target": bearing and distance of a green sphere in sight, as TargetNav has it;
 - "pose": position and heading in homes that the regression knows.
 
@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.design.regression import fit_and_test
+from prnav.frames import wrap_angle, yaw_towards
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
 from prnav.sensors import Design, pointgoal, theta_to_pose
@@ -31,6 +32,9 @@ from prnav.sim import World, load_world
 from prnav.sim.world import Progress
 
 Float64 = NDArray[np.float64]
+
+STUCK_WITHIN, STUCK_TURN = 0.6, math.pi / 3
+"""How near to what stops it [m] an agent that is stuck stands at most, and how far from its goal it looks [rad]."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,9 @@ class ProxyConfig:
     """Goals per home for "way"."""
     directions: int = 12
     """Directions D of "free", and of the sphere."""
+    stuck: float = 0.0
+    """Share of the places that lie where an agent that goes straight for its goal is stopped, and look that way: there
+    the goal alone does not say what to do. The others are even over the homes and look anywhere."""
     front_deg: float = 180.0
     """How far from straight ahead they go [degrees]; 180 is all around, ahead first and then left."""
     reach: float = 3.0
@@ -70,6 +77,8 @@ class ProxyConfig:
         for name in ("places", "pose_places", "goals", "directions", "features", "rays_per_receptor"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if not 0.0 <= self.stuck <= 1.0:
+            raise ValueError(f"stuck is {self.stuck}; it must lie within 0 to 1")
         if not 0.0 < self.front_deg <= 180.0:
             raise ValueError(f"front_deg is {self.front_deg}; it must lie above 0 and at most be 180")
         if self.homes < 4:
@@ -79,6 +88,12 @@ class ProxyConfig:
         weights = [self.free, self.way, self.target, self.pose]
         if min(weights) < 0.0 or not sum(weights) > 0.0:
             raise ValueError(f"weights of free, way, target and pose are {weights}; they must be 0 or more, not all 0")
+
+    @property
+    def cost_steps(self) -> int:
+        """Readings that a design's score takes: what a search on it spends in simulation steps."""
+        both = self.places * (int(self.free + self.way > 0) + int(self.target > 0))
+        return both + (self.pose_homes * self.pose_places if self.pose else 0)
 
     @property
     def bearings(self) -> Float64:
@@ -128,13 +143,6 @@ class Proxy:
         from prnav.scene import scene_ids
 
         return cls(config, load_world(scene_ids("train")[: config.homes], progress=progress))
-
-    @property
-    def cost_steps(self) -> int:
-        """Readings that a design's score takes: what a search on it spends in simulation steps."""
-        config = self.config
-        both = config.places * (int(config.free + config.way > 0) + int(config.target > 0))
-        return both + (config.pose_homes * config.pose_places if config.pose else 0)
 
     def score(self, design: Design, theta: ArrayLike | None = None) -> float:
         """Weighted mean of the parts' R^2 for ``design``, or for theta (K, 7) around it; at most 1."""
@@ -226,7 +234,10 @@ class Proxy:
 
 
 def draw_places(world: World, config: ProxyConfig) -> Places:
-    """Places in the homes of ``world``, and what is true there; those without a way to their goal are left out."""
+    """Places in the homes of ``world``, and what is true there.
+
+    Those without a way to their goal are left out, and those meant to be stuck that nothing stops.
+    """
     homes, per_home = len(world.scenes), -(-config.places // len(world.scenes))
     rng = np.random.Generator(np.random.PCG64(config.seed))
     scenes = np.repeat(np.arange(homes), per_home)
@@ -239,12 +250,21 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
     goal = rng.integers(0, config.goals, len(scenes))
     direction = rng.integers(0, config.directions, len(scenes))
     share = rng.uniform(0.3, 1.0, len(scenes))
+    meant = np.concatenate(goals)[scenes * config.goals + goal]
+    kept = np.full(len(scenes), True)
+    if config.stuck:
+        rows = np.flatnonzero(rng.random(len(scenes)) < config.stuck)
+        turned = rng.uniform(-STUCK_TURN, STUCK_TURN, len(rows))
+        positions[rows], kept[rows] = _stopped(
+            world, scenes[rows], positions[rows], meant[rows], rng.uniform(0.0, STUCK_WITHIN, len(rows))
+        )
+        yaws[rows] = wrap_angle(yaw_towards(meant[rows] - positions[rows]) + turned)
 
     fields = GoalFields(world.navmesh_set, homes * config.goals)
     slots = np.arange(homes * config.goals)
     fields.prepare(slots, slots // config.goals, np.concatenate(goals))
     distance, corner = fields.query(scenes * config.goals + goal, positions)
-    away = pointgoal(positions, yaws, np.concatenate(goals)[scenes * config.goals + goal]).astype(np.float64)
+    away = pointgoal(positions, yaws, meant).astype(np.float64)
     turn = pointgoal(positions, yaws, np.where(np.isfinite(corner), corner, 0.0))[:, 1].astype(np.float64)
 
     free = _free_distances(world, scenes, positions, yaws, config)
@@ -254,7 +274,7 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
     ahead = np.stack([-np.sin(heading), np.full(len(heading), 0.0), -np.cos(heading)], axis=1)
     centre = positions + far[:, None] * ahead + [0.0, config.sphere_height, 0.0]
     spheres = np.concatenate([centre, np.full((len(centre), 1), config.sphere_radius)], axis=1)
-    kept = np.isfinite(distance) & (distance > 0.3)
+    kept &= np.isfinite(distance) & (distance > 0.3)
     return Places(
         scenes=scenes[kept],
         positions=positions[kept],
@@ -267,6 +287,17 @@ def draw_places(world: World, config: ProxyConfig) -> Places:
         spheres=spheres[kept],
         target=np.stack([np.sin(bearing), np.cos(bearing), far], axis=1)[kept],
     )
+
+
+def _stopped(
+    world: World, scenes: NDArray[np.int64], starts: Float64, goals: Float64, short: Float64
+) -> tuple[Float64, NDArray[np.bool_]]:
+    """Where walks straight from ``starts`` (n, 3) to ``goals`` are stopped, less ``short`` (n,) [m]; and which are."""
+    ends, _ = world.navmesh_set.step(scenes, starts, goals, sliding=False)
+    walked = np.linalg.norm((ends - starts)[:, [0, 2]], axis=1)
+    left = np.linalg.norm((goals - ends)[:, [0, 2]], axis=1)
+    share = np.maximum(0.0, walked - short) / np.maximum(walked, 1e-9)
+    return starts + share[:, None] * (ends - starts), left > 0.05
 
 
 def _free_distances(

@@ -75,7 +75,9 @@ def search(
 ) -> list[Trial]:
     """Trials of a study, all there are when ``config.trials`` of them are finished.
 
-    A study goes on from what its storage holds, and other processes may work on it at the same time.
+    A study goes on from what its storage holds, and other processes may work on it at the same time. What a trial tries
+    depends on the seed, its number and the trials finished before it, not on who asks. The initial design is always
+    among the finished ones, also if the process that was to score it is gone.
 
     Args:
         method: how designs are proposed.
@@ -83,7 +85,7 @@ def search(
         score: of theta (K, 7); more is better.
         config: how far and how long.
         storage: a file of the study, or the address of a database ("mysql://...", "sqlite:///...").
-        seed: of the proposals; workers on one study take different ones.
+        seed: of the proposals; the same for all workers on a study.
         name: of the study in its storage.
         report: called with each trial and the best so far.
 
@@ -105,13 +107,26 @@ def search(
     space = {key: optuna.distributions.FloatDistribution(-config.bound, config.bound) for key in names}
     if not study.get_trials(deepcopy=False):
         study.enqueue_trial(dict.fromkeys(names, 0.0))
-    while len(_finished(optuna, study, names)) < config.trials:
+    while True:
+        done = _finished(optuna, study, names)
+        if len(done) >= config.trials:
+            if any(not one.values.any() for one in done):
+                return done
+            study.enqueue_trial(dict.fromkeys(names, 0.0))
         trial = study.ask(space)
         values = np.array([trial.params[key] for key in names])
-        study.tell(trial, score(with_free_values(values, design)))
+        value = score(with_free_values(values, design))
+        if not math.isfinite(value):
+            study.tell(trial, state=optuna.trial.TrialState.FAIL)
+            raise ConfigError(f"study {name}: design {trial.number} has the score {value}; it must be a finite number")
+        study.tell(trial, value)
         done = _finished(optuna, study, names)
         report(next(one for one in done if one.number == trial.number), best_of(done))
-    return _finished(optuna, study, names)
+
+
+def initial_of(trials: Sequence[Trial]) -> Trial:
+    """The trial of the initial design."""
+    return next(trial for trial in trials if not trial.values.any())
 
 
 def best_of(trials: Sequence[Trial]) -> Trial:
@@ -200,6 +215,32 @@ def _storage(optuna: Any, storage: str | Path) -> Any:
 
 
 def _sampler(optuna: Any, method: str, seed: int) -> Any:
+    """A sampler whose random numbers belong to the trial: two machines, or a resumed search, repeat none of them."""
+    _sampler_of(optuna, method, seed)  # a wrong method is an error now
+
+    class OfTrial(optuna.samplers.BaseSampler):
+        def before_trial(self, study: Any, trial: Any) -> None:
+            self.own = _sampler_of(optuna, method, seed_of(seed, trial.number))
+            self.own.before_trial(study, trial)
+
+        def infer_relative_search_space(self, study: Any, trial: Any) -> Any:
+            return self.own.infer_relative_search_space(study, trial)
+
+        def sample_relative(self, study: Any, trial: Any, search_space: Any) -> Any:
+            return self.own.sample_relative(study, trial, search_space)
+
+        def sample_independent(self, study: Any, trial: Any, name: str, distribution: Any) -> Any:
+            return self.own.sample_independent(study, trial, name, distribution)
+
+    return OfTrial()
+
+
+def seed_of(seed: int, number: int) -> int:
+    """Seed of a trial, below 2^32."""
+    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+
+
+def _sampler_of(optuna: Any, method: str, seed: int) -> Any:
     samplers = optuna.samplers
     if method == "random":
         return samplers.RandomSampler(seed=seed)

@@ -45,18 +45,27 @@ class SpecialistConfig:
 class Judge:
     """Homes and episodes that designs are trained and judged on, loaded once."""
 
-    def __init__(self, train: TrainConfig, config: SpecialistConfig, progress: Progress | None = None) -> None:
-        """Judge by ``config`` of specialists trained as ``train`` says.
+    def __init__(
+        self,
+        train: TrainConfig,
+        config: SpecialistConfig,
+        progress: Progress | None = None,
+        like: Judge | None = None,
+    ) -> None:
+        """Judge by ``config`` of specialists trained as ``train`` says, in the homes of another judge's if given.
 
         Raises:
             PrnavError: scenes or episodes are missing or broken.
         """
         self.train, self.config = train, config
         self._progress = progress
+        self._like = like
         self._sources: dict[str, EpisodeSource] = {}
 
     def training(self) -> EpisodeSource:
         """Homes and episodes of training."""
+        if self._like is not None:
+            return self._like.training()
         if "training" not in self._sources:
             self._sources["training"] = load_source(self.train.env, self._progress)
         return self._sources["training"]

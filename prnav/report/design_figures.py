@@ -26,7 +26,7 @@ def draw_spread(found: Sequence[Performance], measure: str) -> Figure:
             axes.scatter(place - 0.12 + shift, one.units, s=26, color=color, alpha=0.55, linewidth=0)
             _bar(axes, place + 0.2, one, color)
         axes.set_xticks(range(len(found)), [_group(one, found) for one in found])
-        axes.set_ylabel(_label(measure))
+        axes.set_ylabel(label_of(measure))
         axes.set_title("specialists; mean and 95 % interval")
         axes.set_xlim(-0.6, len(found) - 0.4)
     return figure
@@ -44,7 +44,7 @@ def draw_bars(found: Sequence[Performance], measure: str) -> Figure:
         for place, one in enumerate(found[:2]):
             axes.axhline(one.interval.mean, color=style.SERIES[4 + place], linewidth=0.9, linestyle=(0, (4, 3)))
         axes.set_xticks(range(len(found)), [_group(one, found) for one in found])
-        axes.set_ylabel(_label(measure))
+        axes.set_ylabel(label_of(measure))
         axes.set_title("mean and 95 % interval")
     return figure
 
@@ -62,7 +62,7 @@ def draw_interpolation(found: Sequence[Performance], measure: str) -> Figure:
         axes.plot(places, [i.mean for i in ends], color=style.SERIES[0], marker="o", markersize=5)
         axes.set_xticks(places, [f"{alphas[i]:g}" for i in order])
         axes.set_xlabel("alpha: 0 is the optimised design, 1 the initial one")
-        axes.set_ylabel(_label(measure))
+        axes.set_ylabel(label_of(measure))
     return figure
 
 
@@ -92,8 +92,8 @@ def draw_gains(found: Gains, measure: str) -> Figure:
         axes.set_xlim(*span)
         axes.set_ylim(*span)
         axes.set_aspect("equal")
-        axes.set_xlabel(f"{_label(measure)}, initial design")
-        axes.set_ylabel(f"{_label(measure)}, optimised design")
+        axes.set_xlabel(f"{label_of(measure)}, initial design")
+        axes.set_ylabel(f"{label_of(measure)}, optimised design")
         gain = found.gain
         ends_of_gain = f"{gain.low:+.3f} to {gain.high:+.3f}"
         axes.set_title(f"{found.improved} of {len(found.starts)} improved; gain {gain.mean:+.3f} ({ends_of_gain})")
@@ -140,5 +140,6 @@ def _group(one: Performance, found: Sequence[Performance]) -> str:
     return one.group if len({other.task for other in found}) == 1 else f"{one.group}\n{one.task}"
 
 
-def _label(measure: str) -> str:
+def label_of(measure: str) -> str:
+    """A measure's name on an axis."""
     return BY_KEY[measure].label if measure in BY_KEY else measure

@@ -1,6 +1,7 @@
 """Searches and plans from start to end on two homes, and the proxy against what must be true of it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def test_the_proxy_knows_more_from_more_light(proxy):
     narrow[:, 4] = np.pi / 2  # at one spot of the ceiling
     assert proxy.parts(Design("dark", narrow, grid=1))["target"] < parts["target"]
     assert proxy.score(design, np.zeros((2, 7))) == proxy.score(design)
-    assert proxy.cost_steps == 2 * 240 + 80
+    assert proxy.config.cost_steps == 2 * 240 + 80
 
 
 def test_free_distances_are_those_of_single_walks(proxy):
@@ -64,6 +65,28 @@ def test_free_distances_are_those_of_single_walks(proxy):
         bearing = np.arctan2(-sphere[0], -sphere[2]) - places.yaws[row]
         np.testing.assert_allclose(places.target[row, :2], [np.sin(bearing), np.cos(bearing)], atol=1e-9)
         np.testing.assert_allclose(places.target[row, 2], np.hypot(sphere[0], sphere[2]))
+
+
+def test_places_may_be_those_where_the_way_to_the_goal_is_blocked(proxy):
+    config = replace(proxy.config, stuck=1.0, front_deg=60.0, reach=1.5, directions=5)
+    stuck = Proxy(config, proxy.world)
+    places, turned = stuck.places, proxy.places
+    assert 0.5 * 240 < len(places.yaws) < len(turned.yaws)
+    bearing = np.arctan2(places.goals[:, 2], places.goals[:, 3])
+    assert np.abs(bearing).max() <= np.pi / 3 + 1e-6  # they look about where the goal is
+    nearest = np.exp(places.free).min(axis=1) - 0.1
+    assert np.median(nearest) < 0.5 < np.median(np.exp(turned.free).min(axis=1)) + 0.5
+    away = np.expm1(places.goals[:, 0])
+    heading = places.yaws + bearing
+    for row in range(0, len(heading), 17):
+        ahead = np.array([-np.sin(heading[row]), 0.0, -np.cos(heading[row])])
+        navmesh = stuck.world.navmeshes[places.scenes[row]]
+        end, _ = navmesh.step(places.positions[row], places.positions[row] + away[row] * ahead, sliding=False)
+        walked = np.linalg.norm((end - places.positions[row]).ravel()[[0, 2]])
+        assert walked < 0.6 + 1e-3 and walked < away[row] - 0.04
+    assert stuck.blind()["way"] < proxy.blind()["way"]  # there the goal does not say where to go
+    with pytest.raises(ValueError, match="stuck is 2"):
+        ProxyConfig(stuck=2)
 
 
 def test_directions_may_be_those_ahead():
@@ -100,6 +123,22 @@ def test_a_search_on_the_proxy_is_judged_and_goes_on(tmp_path, tiny):
     assert again._judge is None or not again._judge._sources
     with pytest.raises(ConfigError, match="another search was started here"):
         Optimizer(tiny("method=tpe"), tmp_path)
+
+
+def test_what_was_found_is_judged_by_other_seeds_in_other_homes(tmp_path, tiny):
+    pytest.importorskip("optuna")
+    config = tiny("method=random", "score=specialist", "budget=512", "judge_split=val", "judge_steps=128")
+    optimizer = Optimizer(config, tmp_path)
+    optimizer.run()
+    told = json.loads((tmp_path / "start-0" / "start.json").read_text())
+    assert (told["trials"], told["steps"], told["score"]) == (2, 512, "specialist")
+    rows = [json.loads(line) for line in (tmp_path / "results.jsonl").read_text().splitlines()]
+    assert [(row["seed"], row["steps"]) for row in rows] == [(config.specialist.seed + 1, 128)] * 2
+    assert optimizer.final.training() is optimizer.judge.training()
+    homes = {optimizer.final.questions().id(row)[0] for row in range(4)}
+    assert all("/val/" in home for home in homes)
+    assert tiny("score=proxy", "budget=1000").trials == 4  # 240 readings each
+    assert tiny("score=specialist", "budget=1000").trials == 3
 
 
 def test_joint_optimisation_in_a_home(tmp_path, tiny):

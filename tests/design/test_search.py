@@ -9,6 +9,7 @@ from prnav.design.search import (
     coordinate_names,
     halving_candidates,
     halving_cost,
+    initial_of,
     random_values,
     search,
     successive_halving,
@@ -46,6 +47,40 @@ def test_the_same_seed_tries_the_same_designs(tmp_path):
     pytest.importorskip("optuna")
     runs = [search("cmaes", DESIGN, hill, SearchConfig(trials=8), tmp_path / f"{i}.log", seed=5) for i in range(2)]
     assert [trial.score for trial in runs[0]] == [trial.score for trial in runs[1]]
+
+
+@pytest.mark.parametrize("method", ["random", "tpe", "cmaes"])
+def test_workers_that_share_a_study_repeat_nothing_and_neither_does_a_resumed_one(tmp_path, method):
+    pytest.importorskip("optuna")
+    settings = [SearchConfig(trials=count) for count in (7, 14)]
+
+    def second(theta):  # another machine works on the study while the first one is at its third design
+        seen.append(theta)
+        if len(seen) == 3:
+            search(method, DESIGN, hill, settings[0], tmp_path / "two.log")
+        return hill(theta)
+
+    seen = []
+    search(method, DESIGN, second, settings[0], tmp_path / "two.log")
+    trials = search(method, DESIGN, hill, settings[1], tmp_path / "two.log")
+    assert len(np.unique([trial.values for trial in trials], axis=0)) == len(trials) >= 14
+    if method == "random":  # who asks does not matter
+        alone = search(method, DESIGN, hill, settings[1], tmp_path / "one.log")
+        np.testing.assert_array_equal([t.values for t in alone[:14]], [t.values for t in trials[:14]])
+
+
+def test_the_initial_design_is_scored_though_a_worker_died_at_it(tmp_path):
+    pytest.importorskip("optuna")
+
+    def dies(theta):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search("random", DESIGN, dies, SearchConfig(trials=4), tmp_path / "s.log")
+    trials = search("random", DESIGN, hill, SearchConfig(trials=4), tmp_path / "s.log")
+    assert trials[0].values.any() and initial_of(trials).score == hill(np.zeros((1, 7)))
+    with pytest.raises(ConfigError, match="design 6 has the score nan"):
+        search("random", DESIGN, lambda theta: float("nan"), SearchConfig(trials=9), tmp_path / "s.log")
 
 
 def test_mistakes_are_one_line(tmp_path):
