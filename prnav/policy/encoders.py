@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from prnav.errors import ConfigError
+from prnav.policy.block_cpu import block
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
 
@@ -124,6 +125,8 @@ class TransformerBlock(nn.Module):
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Tokens (B, S, D) after one layer."""
+        if tokens.device.type == "cpu" and tokens.dtype == torch.float32:
+            return block(tokens, self.heads, list(self.parameters()))
         batch, count, width = tokens.shape
         split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
         query, key, value = split.permute(2, 0, 3, 1, 4).unbind(0)
