@@ -14,11 +14,21 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from prnav.policy.block_kernels import attention_kernels, gelu, gelu_backward, normalize, normalize_backward, padded
+from prnav.policy.block_kernels import (
+    add_row,
+    add_rows,
+    attention_kernels,
+    gelu,
+    gelu_backward,
+    normalize,
+    normalize_backward,
+    padded,
+)
 
 CHUNK = 288
 """Rows that go through a block together, if the tokens of one batch entry are not more: what fits a core's cache."""
@@ -44,6 +54,16 @@ def _unfolded(d_weight: Tensor, d_bias: Tensor, weight: Tensor, gain: Tensor, sh
     )
 
 
+def _matrix(rows: int, columns: int) -> Tensor:
+    """Uninitialised float32 (rows, columns) at the start of a cache line.
+
+    NumPy asks for huge pages where there are many numbers, torch does not: a tenth of the time went to page faults.
+    """
+    flat = torch.from_numpy(np.empty(rows * columns + 15, dtype=np.float32))
+    shift = -flat.data_ptr() % 64 // 4
+    return flat[shift : shift + rows * columns].view(rows, columns)
+
+
 class Block(torch.autograd.Function):
     """(tokens, heads, keep, the block's 12 parameters in the order of its modules) -> tokens (B, S, D)."""
 
@@ -54,32 +74,35 @@ class Block(torch.autograd.Function):
         batch, count, width = tokens.shape
         rows, hidden = batch * count, len(w_in)
         chunks = _chunks(batch, count)
-        kept = rows if keep else chunks[0][1]
-        source = tokens.reshape(rows, width)
-        result = torch.empty_like(source)
-        first, second = source.new_empty(kept, width), source.new_empty(kept, width)
-        scales, scales_2 = source.new_empty(kept), source.new_empty(kept)
-        qkv, attended, inner = (source.new_empty(kept, size) for size in (3 * width, width, hidden))
-        active = source.new_empty(chunks[0][1], hidden)
+        most = chunks[0][1]
+        source, result = tokens.reshape(rows, width), _matrix(rows, width)
+        kept = [_matrix(rows if keep else most, size) for size in (width, width, 3 * width, width, hidden, 2)]
+        first, second, qkv, attended, inner, scales = kept
+        active = _matrix(most, hidden)
         w_qkv, b_qkv = _folded(w_qkv, b_qkv, gain, shift)
         w_in, b_in = _folded(w_in, b_in, gain_2, shift_2)
         attend, _ = attention_kernels(heads, width // heads, count)
-        work = _work(source, width // heads, count)[:4]
+        work = _work(width // heads, count)[:4]
+        turned_qkv, turned_out, turned_in, turned_mlp = w_qkv.t(), w_out.t(), w_in.t(), w_mlp.t()
+        before, after, one, two, three, four, five, gelus = map(
+            _numpy, (source, result, first, second, qkv, attended, inner, active)
+        )
+        deviations, bias = _numpy(scales.view(2, -1)), _numpy(b_mlp)
         for begin, end in chunks:
-            at = begin if keep else 0
-            here, out = slice(at, at + end - begin), result[begin:end]
-            normalize(source.numpy(), begin, end, first.numpy(), at, scales.numpy())
-            torch.addmm(b_qkv, first[here], w_qkv.t(), out=qkv[here])
-            attend(qkv.numpy(), at, at + end - begin, attended.numpy(), *work)
-            torch.addmm(b_out, attended[here], w_out.t(), out=out)
-            out += source[begin:end]
-            normalize(result.numpy(), begin, end, second.numpy(), at, scales_2.numpy())
-            torch.addmm(b_in, second[here], w_in.t(), out=inner[here])
-            gelu(inner.numpy(), at, at + end - begin, active.numpy())
-            out += b_mlp
-            out.addmm_(active[: end - begin], w_mlp.t())
+            at, to = (begin, end) if keep else (0, end - begin)
+            out = result[begin:end]
+            normalize(before, begin, end, one, at, deviations[0])
+            torch.addmm(b_qkv, first[at:to], turned_qkv, out=qkv[at:to])
+            attend(three, at, to, four, *work)
+            torch.addmm(b_out, attended[at:to], turned_out, out=out)
+            add_rows(before, begin, end, after)
+            normalize(after, begin, end, two, at, deviations[1])
+            torch.addmm(b_in, second[at:to], turned_in, out=inner[at:to])
+            gelu(five, at, to, gelus)
+            add_row(bias, begin, end, after)
+            out.addmm_(active[: end - begin], turned_mlp)
         if keep:
-            ctx.save_for_backward(first, second, scales, scales_2, qkv, attended, inner, w_qkv, w_in, *parameters)
+            ctx.save_for_backward(*kept, w_qkv, w_in, *parameters)
             ctx.heads, ctx.shape = heads, tokens.shape
         return result.view(tokens.shape)
 
@@ -87,38 +110,39 @@ class Block(torch.autograd.Function):
     @once_differentiable
     def backward(ctx: Any, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of tokens and parameters."""
-        first, second, scales, scales_2, qkv, attended, inner, w_qkv, w_in, *parameters = ctx.saved_tensors
+        first, second, qkv, attended, inner, scales, w_qkv, w_in, *parameters = ctx.saved_tensors
         gain, shift, plain_qkv, _, w_out, _, gain_2, shift_2, plain_in, _, w_mlp, _ = parameters
         batch, count, width = ctx.shape
         chunks = _chunks(batch, count)
-        grad = outer.reshape(batch * count, width)
-        result = torch.empty_like(grad)
         most, hidden = chunks[0][1], len(w_in)
-        active, d_inner = grad.new_empty(most, hidden), grad.new_empty(most, hidden)
-        d_rows, d_qkv = grad.new_empty(most, width), grad.new_empty(most, 3 * width)
+        grad, result = outer.reshape(batch * count, width), _matrix(batch * count, width)
+        active, d_inner, d_rows, d_qkv = (_matrix(most, size) for size in (hidden, hidden, width, 3 * width))
         d_w_qkv, d_w_out, d_w_in, d_w_mlp = (torch.zeros_like(w) for w in (w_qkv, w_out, w_in, w_mlp))
-        d_b_qkv, d_b_out, d_b_in, d_b_mlp = (grad.new_zeros(len(w)) for w in (w_qkv, w_out, w_in, w_mlp))
+        biases = [grad.new_zeros(len(w)) for w in (w_qkv, w_out, w_in, w_mlp)]
         _, attend_backward = attention_kernels(ctx.heads, width // ctx.heads, count)
-        work = _work(grad, width // ctx.heads, count)
+        work = _work(width // ctx.heads, count)
+        one, two, three, five = map(_numpy, (first, second, qkv, inner))
+        above, below, gelus, d_five, d_one, d_three = map(_numpy, (grad, result, active, d_inner, d_rows, d_qkv))
+        deviations = _numpy(scales.view(2, -1))
+        sums_qkv, sums_out, sums_in, sums_mlp = map(_numpy, biases)
         for begin, end in chunks:
-            here, some = slice(begin, end), slice(0, end - begin)
-            outside, around = grad[here], result[here]
-            torch.mm(outside, w_mlp, out=d_inner[some])
-            gelu_backward(inner.numpy(), begin, end, active.numpy(), d_inner.numpy())
-            d_w_mlp.addmm_(outside.t(), active[some])
-            d_b_mlp += outside.sum(dim=0)
-            d_w_in.addmm_(d_inner[some].t(), second[here])
-            d_b_in += d_inner[some].sum(dim=0)
-            torch.mm(d_inner[some], w_in, out=d_rows[some])
-            normalize_backward(d_rows.numpy(), second.numpy(), scales_2.numpy(), begin, end, grad.numpy(), result.numpy())
-            d_w_out.addmm_(around.t(), attended[here])
-            d_b_out += around.sum(dim=0)
-            torch.mm(around, w_out, out=d_rows[some])
-            attend_backward(qkv.numpy(), begin, end, d_rows.numpy(), d_qkv.numpy(), *work)
-            d_w_qkv.addmm_(d_qkv[some].t(), first[here])
-            d_b_qkv += d_qkv[some].sum(dim=0)
-            torch.mm(d_qkv[some], w_qkv, out=d_rows[some])
-            normalize_backward(d_rows.numpy(), first.numpy(), scales.numpy(), begin, end, result.numpy(), result.numpy())
+            size = end - begin
+            outside, around, of_inner, of_rows, of_qkv = (
+                grad[begin:end], result[begin:end], d_inner[:size], d_rows[:size], d_qkv[:size]
+            )
+            torch.mm(outside, w_mlp, out=of_inner)
+            gelu_backward(five, begin, end, gelus, d_five, sums_in)
+            d_w_mlp.addmm_(outside.t(), active[:size])
+            d_w_in.addmm_(of_inner.t(), second[begin:end])
+            torch.mm(of_inner, w_in, out=of_rows)
+            normalize_backward(d_one, two, deviations[1], begin, end, above, below, sums_mlp)
+            d_w_out.addmm_(around.t(), attended[begin:end])
+            torch.mm(around, w_out, out=of_rows)
+            attend_backward(three, begin, end, d_one, d_three, sums_qkv, *work)
+            d_w_qkv.addmm_(of_qkv.t(), first[begin:end])
+            torch.mm(of_qkv, w_qkv, out=of_rows)
+            normalize_backward(d_one, one, deviations[0], begin, end, below, below, sums_out)
+        d_b_qkv, d_b_out, d_b_in, d_b_mlp = biases
         d_gain, d_shift, d_w_qkv = _unfolded(d_w_qkv, d_b_qkv, plain_qkv, gain, shift)
         d_gain_2, d_shift_2, d_w_in = _unfolded(d_w_in, d_b_in, plain_in, gain_2, shift_2)
         of_attention = (d_gain, d_shift, d_w_qkv, d_b_qkv, d_w_out, d_b_out)
@@ -126,11 +150,15 @@ class Block(torch.autograd.Function):
         return (result.view(ctx.shape), None, None, *of_attention, *of_mlp)
 
 
-def _work(like: Tensor, head: int, count: int) -> list[Any]:
+def _numpy(tensor: Tensor) -> Any:
+    return tensor.detach().numpy()
+
+
+def _work(head: int, count: int) -> list[Any]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
     across = padded(count)
     sizes = (head * across, count * across, across, across, count * across, count * head, count * head)
-    return [like.new_empty(size).numpy() for size in sizes]
+    return [np.empty(size, dtype=np.float32) for size in sizes]
 
 
 def block(tokens: Tensor, heads: int, parameters: list[Tensor]) -> Tensor:

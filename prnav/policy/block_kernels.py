@@ -24,7 +24,7 @@ EPSILON = 1e-5
 """Of torch's LayerNorm."""
 LANES = 8
 """Numbers that a vector instruction takes; P is a multiple of it."""
-_COMPILED: dict[str, Any] = {
+COMPILED: dict[str, Any] = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",
@@ -33,7 +33,7 @@ _COMPILED: dict[str, Any] = {
 
 
 @njit(inline="always")
-def _exp(x: Any) -> Any:
+def exponential(x: Any) -> Any:
     """Exponential of x <= 0 by a polynomial and a power of two, relative error below 2e-7 (Cephes' expf)."""
     x = max(x, np.float32(-87.0))
     n = np.floor(x * np.float32(1.44269504088896341) + np.float32(0.5))
@@ -61,32 +61,37 @@ def _upper_tail(x: Any, e: Any) -> Any:
     return np.float32(0.5) * p * t * e
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
 def gelu(inputs: Floats, begin: int, end: int, out: Floats) -> None:
     """GELU of rows ``begin`` to ``end`` of ``inputs`` (R, F) into the first rows of ``out``."""
     for r in range(end - begin):
         row, result = inputs[begin + r], out[r]
         for j in range(row.size):
             x = row[j]
-            tail = _upper_tail(x, _exp(np.float32(-0.5) * x * x))
+            tail = _upper_tail(x, exponential(np.float32(-0.5) * x * x))
             result[j] = x * (np.float32(1.0) - tail if x > np.float32(0.0) else tail)
 
 
-@njit(**_COMPILED)
-def gelu_backward(inputs: Floats, begin: int, end: int, out: Floats, grad: Floats) -> None:
-    """GELU again, and the gradient ``grad`` of its outputs turned in place into that of its inputs."""
+@njit(**COMPILED)
+def gelu_backward(inputs: Floats, begin: int, end: int, out: Floats, grad: Floats, sums: Floats) -> None:
+    """GELU again, and the gradient ``grad`` of its outputs turned in place into that of its inputs.
+
+    The sum over rows of the latter is added to ``sums`` (F,).
+    """
     for r in range(end - begin):
         row, result, d = inputs[begin + r], out[r], grad[r]
         for j in range(row.size):
             x = row[j]
-            e = _exp(np.float32(-0.5) * x * x)
+            e = exponential(np.float32(-0.5) * x * x)
             tail = _upper_tail(x, e)
             phi = np.float32(1.0) - tail if x > np.float32(0.0) else tail
             result[j] = x * phi
             d[j] = d[j] * (phi + x * np.float32(0.3989422804014327) * e)
+        for j in range(row.size):
+            sums[j] += d[j]
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
 def normalize(tokens: Floats, begin: int, end: int, out: Floats, at: int, scales: Floats) -> None:
     """Rows of ``tokens`` (R, D) to mean 0 and variance 1, to ``out`` from row ``at``.
 
@@ -110,9 +115,27 @@ def normalize(tokens: Floats, begin: int, end: int, out: Floats, at: int, scales
             result[j] *= scale
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
+def add_rows(tokens: Floats, begin: int, end: int, out: Floats) -> None:
+    """Add rows ``begin`` to ``end`` of ``tokens`` to the same of ``out``."""
+    for r in range(begin, end):
+        row, result = tokens[r], out[r]
+        for j in range(row.size):
+            result[j] += row[j]
+
+
+@njit(**COMPILED)
+def add_row(row: Floats, begin: int, end: int, out: Floats) -> None:
+    """Add ``row`` (D,) to rows ``begin`` to ``end`` of ``out``."""
+    for r in range(begin, end):
+        result = out[r]
+        for j in range(row.size):
+            result[j] += row[j]
+
+
+@njit(**COMPILED)
 def normalize_backward(
-    grad: Floats, normed: Floats, scales: Floats, begin: int, end: int, around: Floats, out: Floats
+    grad: Floats, normed: Floats, scales: Floats, begin: int, end: int, around: Floats, out: Floats, sums: Floats
 ) -> None:
     """Gradient of the rows before :func:`normalize`, plus that which went around it.
 
@@ -123,7 +146,8 @@ def normalize_backward(
         begin: First row.
         end: After the last.
         around: Gradient of the same rows by another way, (R, D).
-        out: The sum, (R, D).
+        out: The sum, (R, D); may be ``around``.
+        sums: The sum over rows of ``around`` is added to it, (D,).
     """
     size = normed.shape[1]
     for r in range(begin, end):
@@ -133,6 +157,7 @@ def normalize_backward(
         for j in range(size):
             total += d[j]
             along += d[j] * x[j]
+            sums[j] += other[j]
         mean, along, scale = total / np.float32(size), along / np.float32(size), scales[r]
         for j in range(size):
             result[j] = other[j] + scale * (d[j] - mean - x[j] * along)
@@ -152,7 +177,7 @@ def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., 
     """
     width, size, across = heads * head, head, padded(count)
     scale, zero = np.float32(head**-0.5), np.float32(0.0)
-    whole = count // 4 * 4
+    whole, fours = count // 4 * 4, head // 4 * 4
 
     @njit(inline="always")
     def turn(rows, first, column, factor, out):  # type: ignore[no-untyped-def]
@@ -163,39 +188,54 @@ def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., 
 
     @njit(inline="always")
     def products(rows, first, column, turned, out):  # type: ignore[no-untyped-def]
-        """out[j, i] = sum over d of rows[first + j, column + d] turned[d, i]."""
-        for j in range(count):
+        """out[j, i] = sum over d of rows[first + j, column + d] turned[d, i], two rows by four columns at a time."""
+        for pair in range(0, count, 2):
+            j = min(pair, count - 2)
+            one, two, a = j * across, j * across + across, first + j
             for i in range(across):
-                total = zero * turned[i]
-                for d in range(size):
-                    total += rows[first + j, column + d] * turned[d * across + i]
-                out[j * across + i] = total
+                out[one + i] = zero
+                out[two + i] = zero
+            for d in range(0, fours, 4):
+                b, k = column + d, d * across
+                v0, v1, v2, v3 = rows[a, b], rows[a, b + 1], rows[a, b + 2], rows[a, b + 3]
+                u0, u1, u2, u3 = rows[a + 1, b], rows[a + 1, b + 1], rows[a + 1, b + 2], rows[a + 1, b + 3]
+                for i in range(across):
+                    w0, w1 = turned[k + i], turned[k + across + i]
+                    w2, w3 = turned[k + 2 * across + i], turned[k + 3 * across + i]
+                    out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
+                    out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
+            for d in range(fours, size):
+                v0, u0 = rows[a, column + d], rows[a + 1, column + d]
+                for i in range(across):
+                    out[one + i] += v0 * turned[d * across + i]
+                    out[two + i] += u0 * turned[d * across + i]
 
     @njit(inline="always")
     def mix(rows, first, column, weight, out):  # type: ignore[no-untyped-def]
-        """out[d, i] = sum over j of rows[first + j, column + d] weight[j, i]."""
-        for d in range(size):
+        """out[d, i] = sum over j of rows[first + j, column + d] weight[j, i], two columns by four rows at a time."""
+        for d in range(0, size, 2):
+            one, two = d * across, d * across + across
             for i in range(across):
-                out[d * across + i] = zero
+                out[one + i] = zero
+                out[two + i] = zero
             for j in range(0, whole, 4):
-                v0, v1 = rows[first + j, column + d], rows[first + j + 1, column + d]
-                v2, v3 = rows[first + j + 2, column + d], rows[first + j + 3, column + d]
-                k = j * across
+                a, b, k = first + j, column + d, j * across
+                v0, v1, v2, v3 = rows[a, b], rows[a + 1, b], rows[a + 2, b], rows[a + 3, b]
+                u0, u1, u2, u3 = rows[a, b + 1], rows[a + 1, b + 1], rows[a + 2, b + 1], rows[a + 3, b + 1]
                 for i in range(across):
-                    out[d * across + i] += (
-                        v0 * weight[k + i]
-                        + v1 * weight[k + across + i]
-                        + v2 * weight[k + 2 * across + i]
-                        + v3 * weight[k + 3 * across + i]
-                    )
+                    w0, w1 = weight[k + i], weight[k + across + i]
+                    w2, w3 = weight[k + 2 * across + i], weight[k + 3 * across + i]
+                    out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
+                    out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
             for j in range(whole, count):
-                v0 = rows[first + j, column + d]
+                v0, u0 = rows[first + j, column + d], rows[first + j, column + d + 1]
                 for i in range(across):
-                    out[d * across + i] += v0 * weight[j * across + i]
+                    out[one + i] += v0 * weight[j * across + i]
+                    out[two + i] += u0 * weight[j * across + i]
 
     @njit(inline="always")
     def gather(weight, j, rows, out, row, column):  # type: ignore[no-untyped-def]
-        """out[row, column + d] = sum over i of weight[j, i] rows[i, d], for rows (S, E) in flat work space."""
+        """out[row, column + d] = sum over i of weight[j, i] rows[i, d], for flat rows (S, E)."""
         for d in range(size):
             total = zero * rows[d]
             for i in range(count):
@@ -203,64 +243,68 @@ def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., 
             out[row, column + d] = total
 
     @njit(inline="always")
-    def softmax(scores, top, total):  # type: ignore[no-untyped-def]
-        """Softmax over the keys of scores [j, i], in place."""
+    def exponentials(scores, top, share):  # type: ignore[no-untyped-def]
+        """Softmax over the keys of scores [j, i] in place, but for the factor ``share`` (P,)."""
         for i in range(across):
             top[i] = scores[i]
-            total[i] = zero
+            share[i] = zero
         for j in range(1, count):
             for i in range(across):
                 top[i] = max(top[i], scores[j * across + i])
         for j in range(count):
             for i in range(across):
-                e = _exp(scores[j * across + i] - top[i])
+                e = exponential(scores[j * across + i] - top[i])
                 scores[j * across + i] = e
-                total[i] += e
+                share[i] += e
         for i in range(across):
-            total[i] = np.float32(1.0) / total[i]
-        for j in range(count):
-            for i in range(across):
-                scores[j * across + i] *= total[i]
+            share[i] = np.float32(1.0) / share[i]
 
-    @njit(**_COMPILED)
-    def forward(qkv, begin, end, out, turned, weight, top, total):  # type: ignore[no-untyped-def]
+    @njit(**COMPILED)
+    def forward(qkv, begin, end, out, turned, weight, top, share):  # type: ignore[no-untyped-def]
         for first in range(begin, end, count):
             for column in range(0, width, size):
                 turn(qkv, first, column, scale, turned)
                 products(qkv, first, width + column, turned, weight)
-                softmax(weight, top, total)
+                exponentials(weight, top, share)
                 mix(qkv, first, 2 * width + column, weight, turned)
                 for i in range(count):
                     for d in range(size):
-                        out[first + i, column + d] = turned[d * across + i]
+                        out[first + i, column + d] = turned[d * across + i] * share[i]
 
-    @njit(**_COMPILED)
-    def backward(qkv, begin, end, grad, out, turned, weight, top, total, pull, queries, grads):  # type: ignore[no-untyped-def]
+    @njit(**COMPILED)
+    def backward(  # type: ignore[no-untyped-def]
+        qkv, begin, end, grad, out, sums, turned, weight, top, share, pull, queries, grads
+    ):
         for first in range(begin, end, count):
             local = first - begin
             for column in range(0, width, size):
                 turn(qkv, first, column, scale, turned)
                 products(qkv, first, width + column, turned, weight)
-                softmax(weight, top, total)
+                exponentials(weight, top, share)
                 turn(grad, local, column, np.float32(1.0), turned)
                 products(qkv, first, 2 * width + column, turned, pull)
                 for i in range(across):
-                    total[i] = zero
+                    top[i] = zero
                 for j in range(count):
                     for i in range(across):
-                        total[i] += pull[j * across + i] * weight[j * across + i]
+                        top[i] += pull[j * across + i] * weight[j * across + i]
+                for i in range(across):
+                    top[i] *= share[i]
                 for j in range(count):
                     for i in range(across):
                         k = j * across + i
-                        pull[k] = scale * weight[k] * (pull[k] - total[i])
+                        pull[k] = weight[k] * (pull[k] - top[i]) * (scale * share[i])
                 mix(qkv, first, width + column, pull, turned)
                 for i in range(count):
                     for d in range(size):
                         out[local + i, column + d] = turned[d * across + i]
                         queries[i * size + d] = qkv[first + i, column + d]
-                        grads[i * size + d] = grad[local + i, column + d]
+                        grads[i * size + d] = grad[local + i, column + d] * share[i]
                 for j in range(count):
                     gather(pull, j, queries, out, local + j, width + column)
                     gather(weight, j, grads, out, local + j, 2 * width + column)
+            for i in range(local, local + count):
+                for c in range(3 * width):
+                    sums[c] += out[i, c]
 
     return forward, backward

@@ -18,6 +18,7 @@ from prnav.errors import ConfigError
 from prnav.policy.block_cpu import block
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
+from prnav.policy.readout_cpu import attended_readout
 
 Observations = Mapping[str, Tensor]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -110,6 +111,11 @@ class CompactEncoder(nn.Module):
         return self.layers(torch.cat(parts, dim=-1))
 
 
+def _fast(tokens: Tensor) -> bool:
+    """Whether there is a faster way than torch's: on a CPU in float32."""
+    return tokens.device.type == "cpu" and tokens.dtype == torch.float32 and not torch.is_autocast_enabled("cpu")
+
+
 class TransformerBlock(nn.Module):
     """Attention and MLP, each normalised before and added to the tokens."""
 
@@ -125,7 +131,7 @@ class TransformerBlock(nn.Module):
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Tokens (B, S, D) after one layer."""
-        if tokens.device.type == "cpu" and tokens.dtype == torch.float32:
+        if _fast(tokens):
             return block(tokens, self.heads, list(self.parameters()))
         batch, count, width = tokens.shape
         split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
@@ -140,6 +146,10 @@ class TransformerBlock(nn.Module):
         the tokens, and the tokens' weighted mean through the values'. The keys' bias adds the same to all scores.
         """
         batch, _, width = tokens.shape
+        if _fast(tokens):
+            norm, maps = self.attention_norm, self.attention_in
+            attended, first = attended_readout(tokens, self.heads, norm.weight, norm.bias, maps.weight, maps.bias)
+            return self._finish(first, attended)
         normed = self.attention_norm(tokens)
         of_query, of_key, of_value = self.attention_in.weight.view(3, self.heads, width // self.heads, width)
         to_query, _, to_value = self.attention_in.bias.view(3, width)
