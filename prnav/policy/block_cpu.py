@@ -30,13 +30,13 @@ from prnav.policy.block_kernels import (
     padded,
 )
 
-CHUNK = 288
+CHUNK = 544
 """Rows that go through a block together, if the tokens of one batch entry are not more: what fits a core's cache."""
 
 
 def _chunks(batch: int, count: int) -> list[tuple[int, int]]:
     """First row and the one after the last of each chunk of whole batch entries."""
-    step = max(1, CHUNK // count) * count
+    step = min(batch, max(1, CHUNK // count)) * count
     return [(begin, min(begin + step, batch * count)) for begin in range(0, batch * count, step)]
 
 

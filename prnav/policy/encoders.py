@@ -19,6 +19,7 @@ from prnav.policy.block_cpu import block
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
 from prnav.policy.readout_cpu import attended_readout
+from prnav.policy.tokens_cpu import Tokens
 
 Observations = Mapping[str, Tensor]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -197,15 +198,21 @@ class TokenTransformer(nn.Module):
         """Tokens (B, S', D) of what is seen."""
         raise NotImplementedError
 
+    def vectors(self, observations: Observations) -> Tensor:
+        """Tokens (B, V, D) of the vectors."""
+        return torch.stack(
+            [
+                layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))
+                for layer, group in zip(self.vector_tokens, self.groups, strict=True)
+            ],
+            dim=1,
+        )
+
     def tokens(self, observations: Observations) -> Tensor:
         """Input tokens (B, S, D): readout, vectors, then what is seen."""
         sight = self.sight_tokens(observations)
-        vector_tokens = [
-            layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))[:, None]
-            for layer, group in zip(self.vector_tokens, self.groups, strict=True)
-        ]
         readout = self.readout.to(sight.dtype).expand(len(sight), 1, -1)
-        return torch.cat([readout, *vector_tokens, sight], dim=1)
+        return torch.cat([readout, self.vectors(observations), sight], dim=1)
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
@@ -230,19 +237,29 @@ class TransformerEncoder(TokenTransformer):
         self.receptor_token = nn.Linear(3 + design + config.position_width, config.width)
 
     def sight_tokens(self, observations: Observations) -> Tensor:
-        """Tokens (B, K * P, D) of the photoreceptors of each sensor in turn.
+        """Tokens (B, K * P, D) of the photoreceptors of each sensor in turn."""
+        readings, of_reading, designs, places = self._parts(observations)
+        tokens = functional.linear(readings, of_reading) + designs[:, :, None]
+        return (tokens + places).flatten(1, 2)
 
-        One linear map of [reading, design, place], done in three parts, so that a design is mapped once per sensor
-        and a place once per grid.
+    def tokens(self, observations: Observations) -> Tensor:
+        """Input tokens (B, S, D): readout, vectors, then what is seen."""
+        readings, of_reading, designs, places = self._parts(observations)
+        if not _fast(readings) or designs.dtype != torch.float32:
+            return super().tokens(observations)
+        vectors = self.vectors(observations)
+        tokens: Tensor = Tokens.apply(self.readout, vectors, readings, of_reading.t(), designs, places)
+        return tokens
+
+    def _parts(self, observations: Observations) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """One linear map of [reading, design, place] in three parts, so that each is mapped as often as it differs.
+
+        Readings (B, K, P, 3) and their weight (D, 3); what designs (B, K, D) and places (P, D) add.
         """
-        readings = scale_readings(observations[READINGS])  # (B, K, P, 3)
-        layer = self.receptor_token
-        of_reading, of_design, of_place = layer.weight.split(
-            [3, observations[DESIGN].shape[-1], self.positions.shape[1]], 1
-        )
-        tokens = functional.linear(readings, of_reading, layer.bias)
-        tokens = tokens + functional.linear(observations[DESIGN], of_design)[:, :, None]
-        return (tokens + functional.linear(self.positions, of_place)).flatten(1, 2)
+        layer, design = self.receptor_token, observations[DESIGN]
+        of_reading, of_design, of_place = layer.weight.split([3, design.shape[-1], self.positions.shape[1]], 1)
+        designs = functional.linear(design, of_design, layer.bias)
+        return scale_readings(observations[READINGS]), of_reading, designs, functional.linear(self.positions, of_place)
 
 
 ENCODERS: Mapping[str, type[nn.Module]] = {
