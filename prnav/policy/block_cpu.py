@@ -12,10 +12,12 @@ Letters in shapes: B batch, S tokens, R = B * S rows, D width, F hidden units of
 
 from __future__ import annotations
 
-from typing import Any
+import contextlib
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
@@ -54,14 +56,40 @@ def _unfolded(d_weight: Tensor, d_bias: Tensor, weight: Tensor, gain: Tensor, sh
     )
 
 
-def _matrix(rows: int, columns: int) -> Tensor:
-    """Uninitialised float32 (rows, columns) at the start of a cache line.
+class Memory:
+    """One piece of memory that matrices are cut from; given back to be used again when the last reference goes.
 
-    NumPy asks for huge pages where there are many numbers, torch does not: a tenth of the time went to page faults.
+    Fresh memory costs a page fault for every 4 KiB, which were a tenth of the time. The few pieces that are kept are
+    as large as what learning needed at once.
     """
-    flat = torch.from_numpy(np.empty(rows * columns + 15, dtype=np.float32))
-    shift = -flat.data_ptr() % 64 // 4
-    return flat[shift : shift + rows * columns].view(rows, columns)
+
+    _free: ClassVar[list[NDArray[np.float32]]] = []
+    _most = 16
+
+    def __init__(self, shapes: list[tuple[int, int]]) -> None:
+        size = sum(-(-rows * columns // 16) * 16 for rows, columns in shapes) + 15
+        self.flat = self._take(size)
+        begin = -self.flat.ctypes.data % 64 // 4  # of a cache line
+        self.matrices: list[Tensor] = []
+        for rows, columns in shapes:
+            piece = self.flat[begin : begin + rows * columns].reshape(rows, columns)
+            self.matrices.append(torch.from_numpy(piece))
+            begin += -(-rows * columns // 16) * 16
+
+    @classmethod
+    def _take(cls, size: int) -> NDArray[np.float32]:
+        for place, flat in enumerate(cls._free):
+            if size <= flat.size <= 2 * size:
+                with contextlib.suppress(IndexError):  # another thread was faster
+                    taken = cls._free.pop(place)
+                    if size <= taken.size <= 2 * size:
+                        return taken
+                break
+        return np.empty(size, dtype=np.float32)
+
+    def __del__(self) -> None:
+        if len(self._free) < self._most:
+            self._free.append(self.flat)
 
 
 class Block(torch.autograd.Function):
@@ -75,10 +103,13 @@ class Block(torch.autograd.Function):
         rows, hidden = batch * count, len(w_in)
         chunks = _chunks(batch, count)
         most = chunks[0][1]
-        source, result = tokens.reshape(rows, width), _matrix(rows, width)
-        kept = [_matrix(rows if keep else most, size) for size in (width, width, 3 * width, width, hidden, 2)]
-        first, second, qkv, attended, inner, scales = kept
-        active = _matrix(most, hidden)
+        source = tokens.reshape(rows, width)
+        result = torch.empty_like(source)
+        kept = rows if keep else most
+        memory = Memory([(kept, size) for size in (width, width, 3 * width, width, hidden)] + [(2, kept)])
+        first, second, qkv, attended, inner, scales = memory.matrices
+        passing = Memory([(most, hidden)])
+        (active,) = passing.matrices
         w_qkv, b_qkv = _folded(w_qkv, b_qkv, gain, shift)
         w_in, b_in = _folded(w_in, b_in, gain_2, shift_2)
         attend, _ = attention_kernels(heads, width // heads, count)
@@ -87,7 +118,7 @@ class Block(torch.autograd.Function):
         before, after, one, two, three, four, five, gelus = map(
             _numpy, (source, result, first, second, qkv, attended, inner, active)
         )
-        deviations, bias = _numpy(scales.view(2, -1)), _numpy(b_mlp)
+        deviations, bias = _numpy(scales), _numpy(b_mlp)
         for begin, end in chunks:
             at, to = (begin, end) if keep else (0, end - begin)
             out = result[begin:end]
@@ -102,28 +133,31 @@ class Block(torch.autograd.Function):
             add_row(bias, begin, end, after)
             out.addmm_(active[: end - begin], turned_mlp)
         if keep:
-            ctx.save_for_backward(*kept, w_qkv, w_in, *parameters)
-            ctx.heads, ctx.shape = heads, tokens.shape
+            ctx.save_for_backward(w_qkv, w_in, *parameters)
+            ctx.memory, ctx.heads, ctx.shape = memory, heads, tokens.shape
         return result.view(tokens.shape)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of tokens and parameters."""
-        first, second, qkv, attended, inner, scales, w_qkv, w_in, *parameters = ctx.saved_tensors
+        first, second, qkv, attended, inner, scales = ctx.memory.matrices
+        w_qkv, w_in, *parameters = ctx.saved_tensors
         gain, shift, plain_qkv, _, w_out, _, gain_2, shift_2, plain_in, _, w_mlp, _ = parameters
         batch, count, width = ctx.shape
         chunks = _chunks(batch, count)
         most, hidden = chunks[0][1], len(w_in)
-        grad, result = outer.reshape(batch * count, width), _matrix(batch * count, width)
-        active, d_inner, d_rows, d_qkv = (_matrix(most, size) for size in (hidden, hidden, width, 3 * width))
+        grad = outer.reshape(batch * count, width)
+        result = torch.empty_like(grad)
+        passing = Memory([(most, size) for size in (hidden, hidden, width, 3 * width)])
+        active, d_inner, d_rows, d_qkv = passing.matrices
         d_w_qkv, d_w_out, d_w_in, d_w_mlp = (torch.zeros_like(w) for w in (w_qkv, w_out, w_in, w_mlp))
         biases = [grad.new_zeros(len(w)) for w in (w_qkv, w_out, w_in, w_mlp)]
         _, attend_backward = attention_kernels(ctx.heads, width // ctx.heads, count)
         work = _work(width // ctx.heads, count)
         one, two, three, five = map(_numpy, (first, second, qkv, inner))
         above, below, gelus, d_five, d_one, d_three = map(_numpy, (grad, result, active, d_inner, d_rows, d_qkv))
-        deviations = _numpy(scales.view(2, -1))
+        deviations = _numpy(scales)
         sums_qkv, sums_out, sums_in, sums_mlp = map(_numpy, biases)
         for begin, end in chunks:
             size = end - begin
