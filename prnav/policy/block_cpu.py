@@ -12,7 +12,7 @@ Letters in shapes: B batch, S tokens, R = B * S rows, D width, F hidden units of
 
 from __future__ import annotations
 
-import contextlib
+import threading
 from typing import Any, ClassVar
 
 import numpy as np
@@ -57,14 +57,16 @@ def _unfolded(d_weight: Tensor, d_bias: Tensor, weight: Tensor, gain: Tensor, sh
 
 
 class Memory:
-    """One piece of memory that matrices are cut from; given back to be used again when the last reference goes.
+    """One piece of memory that matrices are cut from; used again once the last reference to it is gone.
 
-    Fresh memory costs a page fault for every 4 KiB, which were a tenth of the time. The few pieces that are kept are
-    as large as what learning needed at once.
+    Fresh memory costs a page fault for every 4 KiB, which were a tenth of the time. The large pieces that wait are at
+    most as many as ``MOST``, the latest.
     """
 
-    _free: ClassVar[list[NDArray[np.float32]]] = []
-    _most = 16
+    LARGE: ClassVar[int] = 1 << 18
+    """Numbers from which on a piece waits to be used again."""
+    MOST: ClassVar[int] = 16
+    free: ClassVar[list[NDArray[np.float32]]] = []
 
     def __init__(self, shapes: list[tuple[int, int]]) -> None:
         size = sum(-(-rows * columns // 16) * 16 for rows, columns in shapes) + 15
@@ -78,18 +80,20 @@ class Memory:
 
     @classmethod
     def _take(cls, size: int) -> NDArray[np.float32]:
-        for place, flat in enumerate(cls._free):
-            if size <= flat.size <= 2 * size:
-                with contextlib.suppress(IndexError):  # another thread was faster
-                    taken = cls._free.pop(place)
-                    if size <= taken.size <= 2 * size:
-                        return taken
-                break
+        with _lock:
+            for place, flat in enumerate(cls.free):
+                if size <= flat.size <= 2 * size:
+                    return cls.free.pop(place)
         return np.empty(size, dtype=np.float32)
 
     def __del__(self) -> None:
-        if len(self._free) < self._most:
-            self._free.append(self.flat)
+        if self.flat.size >= self.LARGE:
+            with _lock:
+                self.free.append(self.flat)
+                del self.free[: -self.MOST]
+
+
+_lock = threading.RLock()  # the collector of garbage may come in between
 
 
 class Block(torch.autograd.Function):
@@ -113,7 +117,7 @@ class Block(torch.autograd.Function):
         w_qkv, b_qkv = _folded(w_qkv, b_qkv, gain, shift)
         w_in, b_in = _folded(w_in, b_in, gain_2, shift_2)
         attend, _ = attention_kernels(heads, width // heads, count)
-        work = _work(width // heads, count)[:4]
+        work = work_space(width // heads, count)[:4]
         turned_qkv, turned_out, turned_in, turned_mlp = w_qkv.t(), w_out.t(), w_in.t(), w_mlp.t()
         before, after, one, two, three, four, five, gelus = map(
             _numpy, (source, result, first, second, qkv, attended, inner, active)
@@ -152,17 +156,22 @@ class Block(torch.autograd.Function):
         passing = Memory([(most, size) for size in (hidden, hidden, width, 3 * width)])
         active, d_inner, d_rows, d_qkv = passing.matrices
         d_w_qkv, d_w_out, d_w_in, d_w_mlp = (torch.zeros_like(w) for w in (w_qkv, w_out, w_in, w_mlp))
-        biases = [grad.new_zeros(len(w)) for w in (w_qkv, w_out, w_in, w_mlp)]
+        sizes = [len(w) for w in (w_qkv, w_out, w_in, w_mlp)]
+        biases, sums = grad.new_zeros(sum(sizes)), grad.new_zeros(sum(sizes))
         _, attend_backward = attention_kernels(ctx.heads, width // ctx.heads, count)
-        work = _work(width // ctx.heads, count)
+        work = work_space(width // ctx.heads, count)
         one, two, three, five = map(_numpy, (first, second, qkv, inner))
         above, below, gelus, d_five, d_one, d_three = map(_numpy, (grad, result, active, d_inner, d_rows, d_qkv))
         deviations = _numpy(scales)
-        sums_qkv, sums_out, sums_in, sums_mlp = map(_numpy, biases)
+        sums_qkv, sums_out, sums_in, sums_mlp = map(_numpy, sums.split(sizes))
         for begin, end in chunks:
             size = end - begin
             outside, around, of_inner, of_rows, of_qkv = (
-                grad[begin:end], result[begin:end], d_inner[:size], d_rows[:size], d_qkv[:size]
+                grad[begin:end],
+                result[begin:end],
+                d_inner[:size],
+                d_rows[:size],
+                d_qkv[:size],
             )
             torch.mm(outside, w_mlp, out=of_inner)
             gelu_backward(five, begin, end, gelus, d_five, sums_in)
@@ -176,7 +185,9 @@ class Block(torch.autograd.Function):
             d_w_qkv.addmm_(of_qkv.t(), first[begin:end])
             torch.mm(of_qkv, w_qkv, out=of_rows)
             normalize_backward(d_one, one, deviations[0], begin, end, below, below, sums_out)
-        d_b_qkv, d_b_out, d_b_in, d_b_mlp = biases
+            biases += sums  # chunk by chunk, since a sum over all rows one by one would lose digits
+            sums.zero_()
+        d_b_qkv, d_b_out, d_b_in, d_b_mlp = biases.split(sizes)
         d_gain, d_shift, d_w_qkv = _unfolded(d_w_qkv, d_b_qkv, plain_qkv, gain, shift)
         d_gain_2, d_shift_2, d_w_in = _unfolded(d_w_in, d_b_in, plain_in, gain_2, shift_2)
         of_attention = (d_gain, d_shift, d_w_qkv, d_b_qkv, d_w_out, d_b_out)
@@ -188,7 +199,7 @@ def _numpy(tensor: Tensor) -> Any:
     return tensor.detach().numpy()
 
 
-def _work(head: int, count: int) -> list[Any]:
+def work_space(head: int, count: int) -> list[Any]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
     across = padded(count)
     sizes = (head * across, count * across, across, across, count * across, count * head, count * head)
@@ -199,8 +210,8 @@ def block(tokens: Tensor, heads: int, parameters: list[Tensor]) -> Tensor:
     """Tokens (B, S, D) after one block of :class:`prnav.policy.encoders.TransformerBlock`.
 
     Args:
-        tokens: float32 on the CPU; float64 gives float32's accuracy.
-        heads: Of the attention.
+        tokens: float32 on the CPU.
+        heads: Of the attention; D / heads must be even, and S at least 2.
         parameters: Weight and bias of each of the block's modules in their order.
     """
     return Block.apply(tokens, heads, torch.is_grad_enabled(), *parameters)

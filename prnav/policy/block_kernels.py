@@ -1,8 +1,7 @@
 """Compiled loops of the transformer on a CPU: normalisation, GELU and attention, forward and backward.
 
 The matrix products between them are torch's (:mod:`prnav.policy.block_cpu`). All inner loops run over contiguous
-numbers, so that the compiler makes vector instructions of them, and each adds in one fixed order. They take float32;
-float64 gives the same accuracy, of about 2e-7, and serves the tests.
+numbers, so that the compiler makes vector instructions of them, and each adds in one fixed order. They take float32.
 
 Letters in shapes: B batch, S tokens, R = B * S rows, D width, F hidden units of the MLP, H heads, E = D / H, P = S
 padded to whole vectors.
@@ -11,7 +10,7 @@ padded to whole vectors.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -168,121 +167,128 @@ def padded(count: int) -> int:
     return -(-count // LANES) * LANES
 
 
-@lru_cache(maxsize=None)
-def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., None], Callable[..., None]]:
-    """Attention forward and backward for H, E and S: as constants they make loops twice as fast.
+@njit(inline="always")
+def _turn(rows, first, column, factor, out, count, size, across):
+    """(E, P) from columns of rows (S, ...)."""
+    for i in range(count):
+        for d in range(size):
+            out[d * across + i] = rows[first + i, column + d] * factor
 
-    Scores stand transposed, (S, P) of [key, query], so that queries fill the vectors. Work space is flat, and its
-    size is that of :func:`attention_work`.
+
+@njit(inline="always")
+def _products(rows, first, column, turned, out, count, size, across):
+    """out[j, i] = sum over d of rows[first + j, column + d] turned[d, i], two rows by four columns at a time."""
+    for pair in range(0, count, 2):
+        j = min(pair, count - 2)
+        one, two, a = j * across, j * across + across, first + j
+        for i in range(across):
+            out[one + i] = np.float32(0.0)
+            out[two + i] = np.float32(0.0)
+        for d in range(0, size - 3, 4):
+            b, k = column + d, d * across
+            v0, v1, v2, v3 = rows[a, b], rows[a, b + 1], rows[a, b + 2], rows[a, b + 3]
+            u0, u1, u2, u3 = rows[a + 1, b], rows[a + 1, b + 1], rows[a + 1, b + 2], rows[a + 1, b + 3]
+            for i in range(across):
+                w0, w1 = turned[k + i], turned[k + across + i]
+                w2, w3 = turned[k + 2 * across + i], turned[k + 3 * across + i]
+                out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
+                out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
+        for d in range(size // 4 * 4, size):
+            v0, u0 = rows[a, column + d], rows[a + 1, column + d]
+            for i in range(across):
+                out[one + i] += v0 * turned[d * across + i]
+                out[two + i] += u0 * turned[d * across + i]
+
+
+@njit(inline="always")
+def _mix(rows, first, column, weight, out, count, size, across):
+    """out[d, i] = sum over j of rows[first + j, column + d] weight[j, i], two columns by four rows at a time."""
+    for d in range(0, size, 2):
+        one, two = d * across, d * across + across
+        for i in range(across):
+            out[one + i] = np.float32(0.0)
+            out[two + i] = np.float32(0.0)
+        for j in range(0, count - 3, 4):
+            a, b, k = first + j, column + d, j * across
+            v0, v1, v2, v3 = rows[a, b], rows[a + 1, b], rows[a + 2, b], rows[a + 3, b]
+            u0, u1, u2, u3 = rows[a, b + 1], rows[a + 1, b + 1], rows[a + 2, b + 1], rows[a + 3, b + 1]
+            for i in range(across):
+                w0, w1 = weight[k + i], weight[k + across + i]
+                w2, w3 = weight[k + 2 * across + i], weight[k + 3 * across + i]
+                out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
+                out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
+        for j in range(count // 4 * 4, count):
+            v0, u0 = rows[first + j, column + d], rows[first + j, column + d + 1]
+            for i in range(across):
+                out[one + i] += v0 * weight[j * across + i]
+                out[two + i] += u0 * weight[j * across + i]
+
+
+@njit(inline="always")
+def _gather(weight, j, rows, out, row, column, count, size, across):
+    """out[row, column + d] = sum over i of weight[j, i] rows[i, d], for flat rows (S, E)."""
+    for d in range(size):
+        total = np.float32(0.0) * rows[d]
+        for i in range(count):
+            total += weight[j * across + i] * rows[i * size + d]
+        out[row, column + d] = total
+
+
+@njit(inline="always")
+def _exponentials(scores, top, share, count, across):
+    """Softmax over the keys of scores [j, i] in place, but for the factor ``share`` (P,)."""
+    for i in range(across):
+        top[i] = scores[i]
+        share[i] = np.float32(0.0)
+    for j in range(1, count):
+        for i in range(across):
+            top[i] = max(top[i], scores[j * across + i])
+    for j in range(count):
+        for i in range(across):
+            e = exponential(scores[j * across + i] - top[i])
+            scores[j * across + i] = e
+            share[i] += e
+    for i in range(across):
+        share[i] = np.float32(1.0) / share[i]
+
+
+@cache
+def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., None], Callable[..., None]]:
+    """Attention forward and backward for H, E and S: as constants they make loops three times as fast.
+
+    Scores stand transposed, (S, P) of [key, query], so that queries fill the vectors. E must be even and S at least 2.
+
+    Returns:
+        ``forward(qkv, begin, end, out, *work)``: attended values (R, D) of rows ``begin`` to ``end`` of ``qkv``
+        (R, 3 D). ``backward(qkv, begin, end, grad, out, sums, *work)``: gradient ``out`` of ``qkv`` from ``grad`` of
+        the attended values, both from their first row on; its sum over rows is added to ``sums`` (3 D,). ``work`` is
+        flat work space, as :func:`prnav.policy.block_cpu.work_space` makes it.
     """
     width, size, across = heads * head, head, padded(count)
     scale, zero = np.float32(head**-0.5), np.float32(0.0)
-    whole, fours = count // 4 * 4, head // 4 * 4
-
-    @njit(inline="always")
-    def turn(rows, first, column, factor, out):  # type: ignore[no-untyped-def]
-        """(E, P) from columns of rows (S, ...)."""
-        for i in range(count):
-            for d in range(size):
-                out[d * across + i] = rows[first + i, column + d] * factor
-
-    @njit(inline="always")
-    def products(rows, first, column, turned, out):  # type: ignore[no-untyped-def]
-        """out[j, i] = sum over d of rows[first + j, column + d] turned[d, i], two rows by four columns at a time."""
-        for pair in range(0, count, 2):
-            j = min(pair, count - 2)
-            one, two, a = j * across, j * across + across, first + j
-            for i in range(across):
-                out[one + i] = zero
-                out[two + i] = zero
-            for d in range(0, fours, 4):
-                b, k = column + d, d * across
-                v0, v1, v2, v3 = rows[a, b], rows[a, b + 1], rows[a, b + 2], rows[a, b + 3]
-                u0, u1, u2, u3 = rows[a + 1, b], rows[a + 1, b + 1], rows[a + 1, b + 2], rows[a + 1, b + 3]
-                for i in range(across):
-                    w0, w1 = turned[k + i], turned[k + across + i]
-                    w2, w3 = turned[k + 2 * across + i], turned[k + 3 * across + i]
-                    out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
-                    out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
-            for d in range(fours, size):
-                v0, u0 = rows[a, column + d], rows[a + 1, column + d]
-                for i in range(across):
-                    out[one + i] += v0 * turned[d * across + i]
-                    out[two + i] += u0 * turned[d * across + i]
-
-    @njit(inline="always")
-    def mix(rows, first, column, weight, out):  # type: ignore[no-untyped-def]
-        """out[d, i] = sum over j of rows[first + j, column + d] weight[j, i], two columns by four rows at a time."""
-        for d in range(0, size, 2):
-            one, two = d * across, d * across + across
-            for i in range(across):
-                out[one + i] = zero
-                out[two + i] = zero
-            for j in range(0, whole, 4):
-                a, b, k = first + j, column + d, j * across
-                v0, v1, v2, v3 = rows[a, b], rows[a + 1, b], rows[a + 2, b], rows[a + 3, b]
-                u0, u1, u2, u3 = rows[a, b + 1], rows[a + 1, b + 1], rows[a + 2, b + 1], rows[a + 3, b + 1]
-                for i in range(across):
-                    w0, w1 = weight[k + i], weight[k + across + i]
-                    w2, w3 = weight[k + 2 * across + i], weight[k + 3 * across + i]
-                    out[one + i] += v0 * w0 + v1 * w1 + v2 * w2 + v3 * w3
-                    out[two + i] += u0 * w0 + u1 * w1 + u2 * w2 + u3 * w3
-            for j in range(whole, count):
-                v0, u0 = rows[first + j, column + d], rows[first + j, column + d + 1]
-                for i in range(across):
-                    out[one + i] += v0 * weight[j * across + i]
-                    out[two + i] += u0 * weight[j * across + i]
-
-    @njit(inline="always")
-    def gather(weight, j, rows, out, row, column):  # type: ignore[no-untyped-def]
-        """out[row, column + d] = sum over i of weight[j, i] rows[i, d], for flat rows (S, E)."""
-        for d in range(size):
-            total = zero * rows[d]
-            for i in range(count):
-                total += weight[j * across + i] * rows[i * size + d]
-            out[row, column + d] = total
-
-    @njit(inline="always")
-    def exponentials(scores, top, share):  # type: ignore[no-untyped-def]
-        """Softmax over the keys of scores [j, i] in place, but for the factor ``share`` (P,)."""
-        for i in range(across):
-            top[i] = scores[i]
-            share[i] = zero
-        for j in range(1, count):
-            for i in range(across):
-                top[i] = max(top[i], scores[j * across + i])
-        for j in range(count):
-            for i in range(across):
-                e = exponential(scores[j * across + i] - top[i])
-                scores[j * across + i] = e
-                share[i] += e
-        for i in range(across):
-            share[i] = np.float32(1.0) / share[i]
 
     @njit(**COMPILED)
-    def forward(qkv, begin, end, out, turned, weight, top, share):  # type: ignore[no-untyped-def]
+    def forward(qkv, begin, end, out, turned, weight, top, share):
         for first in range(begin, end, count):
             for column in range(0, width, size):
-                turn(qkv, first, column, scale, turned)
-                products(qkv, first, width + column, turned, weight)
-                exponentials(weight, top, share)
-                mix(qkv, first, 2 * width + column, weight, turned)
+                _turn(qkv, first, column, scale, turned, count, size, across)
+                _products(qkv, first, width + column, turned, weight, count, size, across)
+                _exponentials(weight, top, share, count, across)
+                _mix(qkv, first, 2 * width + column, weight, turned, count, size, across)
                 for i in range(count):
                     for d in range(size):
                         out[first + i, column + d] = turned[d * across + i] * share[i]
 
     @njit(**COMPILED)
-    def backward(  # type: ignore[no-untyped-def]
-        qkv, begin, end, grad, out, sums, turned, weight, top, share, pull, queries, grads
-    ):
+    def backward(qkv, begin, end, grad, out, sums, turned, weight, top, share, pull, queries, grads):
         for first in range(begin, end, count):
             local = first - begin
             for column in range(0, width, size):
-                turn(qkv, first, column, scale, turned)
-                products(qkv, first, width + column, turned, weight)
-                exponentials(weight, top, share)
-                turn(grad, local, column, np.float32(1.0), turned)
-                products(qkv, first, 2 * width + column, turned, pull)
+                _turn(qkv, first, column, scale, turned, count, size, across)
+                _products(qkv, first, width + column, turned, weight, count, size, across)
+                _exponentials(weight, top, share, count, across)
+                _turn(grad, local, column, np.float32(1.0), turned, count, size, across)
+                _products(qkv, first, 2 * width + column, turned, pull, count, size, across)
                 for i in range(across):
                     top[i] = zero
                 for j in range(count):
@@ -294,15 +300,15 @@ def attention_kernels(heads: int, head: int, count: int) -> tuple[Callable[..., 
                     for i in range(across):
                         k = j * across + i
                         pull[k] = weight[k] * (pull[k] - top[i]) * (scale * share[i])
-                mix(qkv, first, width + column, pull, turned)
+                _mix(qkv, first, width + column, pull, turned, count, size, across)
                 for i in range(count):
                     for d in range(size):
                         out[local + i, column + d] = turned[d * across + i]
                         queries[i * size + d] = qkv[first + i, column + d]
                         grads[i * size + d] = grad[local + i, column + d] * share[i]
                 for j in range(count):
-                    gather(pull, j, queries, out, local + j, width + column)
-                    gather(weight, j, grads, out, local + j, 2 * width + column)
+                    _gather(pull, j, queries, out, local + j, width + column, count, size, across)
+                    _gather(weight, j, grads, out, local + j, 2 * width + column, count, size, across)
             for i in range(local, local + count):
                 for c in range(3 * width):
                     sums[c] += out[i, c]

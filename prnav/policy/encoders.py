@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from prnav.errors import ConfigError
-from prnav.policy.block_cpu import block
+from prnav.policy.block_cpu import block as block_on_cpu
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
 from prnav.policy.readout_cpu import attended_readout
@@ -113,7 +113,7 @@ class CompactEncoder(nn.Module):
 
 
 def _fast(tokens: Tensor) -> bool:
-    """Whether there is a faster way than torch's: on a CPU in float32."""
+    """Whether compiled loops take the place of torch's: on a CPU in float32."""
     return tokens.device.type == "cpu" and tokens.dtype == torch.float32 and not torch.is_autocast_enabled("cpu")
 
 
@@ -132,9 +132,9 @@ class TransformerBlock(nn.Module):
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Tokens (B, S, D) after one layer."""
-        if _fast(tokens):
-            return block(tokens, self.heads, list(self.parameters()))
         batch, count, width = tokens.shape
+        if _fast(tokens) and width // self.heads % 2 == 0 and count > 1:
+            return block_on_cpu(tokens, self.heads, list(self.parameters()))
         split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
         query, key, value = split.permute(2, 0, 3, 1, 4).unbind(0)
         attended = functional.scaled_dot_product_attention(query, key, value)
