@@ -114,7 +114,8 @@ class CompactEncoder(nn.Module):
 
 def _fast(tokens: Tensor) -> bool:
     """Whether compiled loops take the place of torch's: on a CPU in float32."""
-    return tokens.device.type == "cpu" and tokens.dtype == torch.float32 and not torch.is_autocast_enabled("cpu")
+    plain = torch.compiler.is_compiling() or torch.is_autocast_enabled("cpu")
+    return tokens.device.type == "cpu" and tokens.dtype == torch.float32 and not plain
 
 
 class TransformerBlock(nn.Module):
