@@ -25,7 +25,10 @@ BENCHMARKS: dict[str, tuple[str, str]] = {
     "accuracy": ("prnav.bench.accuracy", "error of readings against rays per receptor"),
     "scaling": ("prnav.bench.scaling", "rendering speed against triangles and agents"),
     "sim": ("prnav.bench.sim", "environment steps per second"),
-    "train": ("prnav.bench.train", "the paper's transformer beside plain torch, the quick-start end to end"),
+    "train": (
+        "prnav.bench.train",
+        "the paper's transformer beside plain torch, the quick-start end to end, two workers beside one",
+    ),
 }
 """Module and one line about each benchmark; those whose module is not there yet are not offered."""
 
@@ -82,6 +85,19 @@ def rate(work: Callable[[], int], seconds: float) -> float:
         spent = time.process_time() - start
         if spent >= seconds:
             return done / spent
+
+
+def rates_by_turns(works: Sequence[Callable[[], int]], seconds: float) -> list[float]:
+    """:func:`rate` of several things that take turns, so that other work on the machine slows all of them alike."""
+    done, spent = [0] * len(works), [0.0] * len(works)
+    for work in works:
+        work()
+    while min(spent) < seconds:
+        for place, work in enumerate(works):
+            start = time.process_time()
+            done[place] += work()
+            spent[place] += time.process_time() - start
+    return [count / time_taken for count, time_taken in zip(done, spent, strict=True)]
 
 
 def format_rows(rows: Sequence[Row]) -> str:

@@ -11,7 +11,8 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from prnav.bench.table import Row, device_name, rate, row
+from prnav.bench.ranks import measure_ranks
+from prnav.bench.table import Row, device_name, rates_by_turns, row
 from prnav.env import PointGoalNavVectorEnv
 from prnav.policy import PolicyConfig, RecurrentPolicy, build_policy, sample_actions
 from prnav.resources import available_cores
@@ -32,7 +33,7 @@ def measure_train(seconds: float = 10.0) -> list[Row]:
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        plain, ours = rate(plain_update(), seconds), rate(our_update(), seconds)
+        plain, ours = rates_by_turns((plain_update(), our_update()), seconds)
     finally:
         torch.set_num_threads(threads)
     rows = [
@@ -40,7 +41,7 @@ def measure_train(seconds: float = 10.0) -> list[Row]:
         row("train", "transformer", ours, "steps/s"),
         row("train", "transformer_gain", ours / plain, "x"),
     ]
-    return rows + quick_start(seconds)
+    return rows + quick_start(seconds) + measure_ranks(seconds)
 
 
 def made_up_rollout(policy: RecurrentPolicy) -> Rollout:

@@ -15,8 +15,11 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from prnav.errors import ConfigError
+from prnav.policy.block_cpu import block as block_on_cpu
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
+from prnav.policy.readout_cpu import attended_readout
+from prnav.policy.tokens_cpu import Tokens
 
 Observations = Mapping[str, Tensor]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -109,6 +112,12 @@ class CompactEncoder(nn.Module):
         return self.layers(torch.cat(parts, dim=-1))
 
 
+def _fast(tokens: Tensor) -> bool:
+    """Whether compiled loops take the place of torch's: on a CPU in float32."""
+    plain = torch.compiler.is_compiling() or torch.is_autocast_enabled("cpu")
+    return tokens.device.type == "cpu" and tokens.dtype == torch.float32 and not plain
+
+
 class TransformerBlock(nn.Module):
     """Attention and MLP, each normalised before and added to the tokens."""
 
@@ -125,6 +134,8 @@ class TransformerBlock(nn.Module):
     def forward(self, tokens: Tensor) -> Tensor:
         """Tokens (B, S, D) after one layer."""
         batch, count, width = tokens.shape
+        if _fast(tokens) and width // self.heads % 2 == 0 and count > 1:
+            return block_on_cpu(tokens, self.heads, list(self.parameters()))
         split = self.attention_in(self.attention_norm(tokens)).view(batch, count, 3, self.heads, width // self.heads)
         query, key, value = split.permute(2, 0, 3, 1, 4).unbind(0)
         attended = functional.scaled_dot_product_attention(query, key, value)
@@ -137,6 +148,10 @@ class TransformerBlock(nn.Module):
         the tokens, and the tokens' weighted mean through the values'. The keys' bias adds the same to all scores.
         """
         batch, _, width = tokens.shape
+        if _fast(tokens):
+            norm, maps = self.attention_norm, self.attention_in
+            attended, first = attended_readout(tokens, self.heads, norm.weight, norm.bias, maps.weight, maps.bias)
+            return self._finish(first, attended)
         normed = self.attention_norm(tokens)
         of_query, of_key, of_value = self.attention_in.weight.view(3, self.heads, width // self.heads, width)
         to_query, _, to_value = self.attention_in.bias.view(3, width)
@@ -184,15 +199,21 @@ class TokenTransformer(nn.Module):
         """Tokens (B, S', D) of what is seen."""
         raise NotImplementedError
 
+    def vectors(self, observations: Observations) -> Tensor:
+        """Tokens (B, V, D) of the vectors."""
+        return torch.stack(
+            [
+                layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))
+                for layer, group in zip(self.vector_tokens, self.groups, strict=True)
+            ],
+            dim=1,
+        )
+
     def tokens(self, observations: Observations) -> Tensor:
         """Input tokens (B, S, D): readout, vectors, then what is seen."""
         sight = self.sight_tokens(observations)
-        vector_tokens = [
-            layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))[:, None]
-            for layer, group in zip(self.vector_tokens, self.groups, strict=True)
-        ]
         readout = self.readout.to(sight.dtype).expand(len(sight), 1, -1)
-        return torch.cat([readout, *vector_tokens, sight], dim=1)
+        return torch.cat([readout, self.vectors(observations), sight], dim=1)
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
@@ -217,19 +238,29 @@ class TransformerEncoder(TokenTransformer):
         self.receptor_token = nn.Linear(3 + design + config.position_width, config.width)
 
     def sight_tokens(self, observations: Observations) -> Tensor:
-        """Tokens (B, K * P, D) of the photoreceptors of each sensor in turn.
+        """Tokens (B, K * P, D) of the photoreceptors of each sensor in turn."""
+        readings, of_reading, designs, places = self._parts(observations)
+        tokens = functional.linear(readings, of_reading) + designs[:, :, None]
+        return (tokens + places).flatten(1, 2)
 
-        One linear map of [reading, design, place], done in three parts, so that a design is mapped once per sensor
-        and a place once per grid.
+    def tokens(self, observations: Observations) -> Tensor:
+        """Input tokens (B, S, D): readout, vectors, then what is seen."""
+        readings, of_reading, designs, places = self._parts(observations)
+        if not _fast(readings) or designs.dtype != torch.float32:
+            return super().tokens(observations)
+        vectors = self.vectors(observations)
+        tokens: Tensor = Tokens.apply(self.readout, vectors, readings, of_reading.t(), designs, places)
+        return tokens
+
+    def _parts(self, observations: Observations) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """One linear map of [reading, design, place] in three parts, so that each is mapped as often as it differs.
+
+        Readings (B, K, P, 3) and their weight (D, 3); what designs (B, K, D) and places (P, D) add.
         """
-        readings = scale_readings(observations[READINGS])  # (B, K, P, 3)
-        layer = self.receptor_token
-        of_reading, of_design, of_place = layer.weight.split(
-            [3, observations[DESIGN].shape[-1], self.positions.shape[1]], 1
-        )
-        tokens = functional.linear(readings, of_reading, layer.bias)
-        tokens = tokens + functional.linear(observations[DESIGN], of_design)[:, :, None]
-        return (tokens + functional.linear(self.positions, of_place)).flatten(1, 2)
+        layer, design = self.receptor_token, observations[DESIGN]
+        of_reading, of_design, of_place = layer.weight.split([3, design.shape[-1], self.positions.shape[1]], 1)
+        designs = functional.linear(design, of_design, layer.bias)
+        return scale_readings(observations[READINGS]), of_reading, designs, functional.linear(self.positions, of_place)
 
 
 ENCODERS: Mapping[str, type[nn.Module]] = {

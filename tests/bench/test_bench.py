@@ -20,6 +20,18 @@ def test_rates_count_what_was_done_after_the_first_call():
     assert len(calls) == 2
 
 
+def test_rates_by_turns_count_what_each_did_after_its_first_call():
+    calls = []
+
+    def work(name, amount):
+        calls.append(name)
+        return amount
+
+    one, other = table.rates_by_turns((lambda: work("a", 1), lambda: work("b", 10**6)), 1e-9)
+    assert other > one > 0
+    assert calls[:4] == ["a", "b", "a", "b"]
+
+
 def test_rows_are_lines_of_name_metric_value_unit():
     rows = [table.row("navmesh", "step", 123456.789, "steps/s"), table.row("navmesh", "build", 0.0123456, "s")]
     assert rows[0]["value"] == 123500.0
