@@ -15,7 +15,9 @@ def configured(*arguments: str) -> TrainConfig:
     return configure(parser().parse_intermixed_args(["pointgoal", *arguments]))
 
 
-@pytest.mark.parametrize("name", ["quickstart", "quickstart-camera", "quickstart-blind", "paper-pointgoal", "quickstart-targetnav"])
+@pytest.mark.parametrize(
+    "name", ["quickstart", "quickstart-camera", "quickstart-blind", "paper-pointgoal", "quickstart-targetnav"]
+)
 def test_shipped_experiments_load_and_come_back_from_toml(name, tmp_path):
     assert name in config_names()
     config = load_train_config(name)
