@@ -1,7 +1,8 @@
 """A transformer block on a CPU, forward and backward in chunks that stay in a core's cache.
 
 torch's own way goes over tens of megabytes for every small operation. Here a few rows of the batch go through the
-whole block before the next: matrix products by torch, the rest by compiled loops (:mod:`prnav.policy.block_kernels`).
+whole block before the next: matrix products by torch, the rest by compiled loops (:mod:`prnav.policy.block_kernels`,
+:mod:`prnav.policy.attention_kernels`).
 What the backward pass needs is kept, and attention and GELU are done again there. Gradients of weights add up chunk by
 chunk in a fixed order, so that results do not depend on the machine's load.
 
@@ -21,15 +22,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.policy.attention_kernels import attention_kernels, query_tile
 from prnav.policy.block_kernels import (
     add_row,
     add_rows,
-    attention_kernels,
     gelu,
     gelu_backward,
     normalize,
     normalize_backward,
-    padded,
 )
 
 CHUNK = 544
@@ -201,8 +201,8 @@ def _numpy(tensor: Tensor) -> Any:
 
 def work_space(head: int, count: int) -> list[Any]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
-    across = padded(count)
-    sizes = (head * across, count * across, across, across, count * across, count * head, count * head)
+    across = query_tile(count)
+    sizes = (head * across, count * across, across, across, count * across, across * head, across * head)
     return [np.empty(size, dtype=np.float32) for size in sizes]
 
 
