@@ -8,6 +8,7 @@ gradients travel by gloo on CPUs and NCCL on GPUs. Everything else is a few byte
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -144,8 +145,10 @@ class Workers:
             import torch.distributed as dist
 
             dist.destroy_process_group()
-            self.size = 1
+            self.size, self._store = 1, None
             _joined.clear()
+            # gloo's threads end with the group's last object; one that ends with the interpreter aborts the process
+            gc.collect()
 
     @contextlib.contextmanager
     def _together(self, doing: str) -> Iterator[None]:
