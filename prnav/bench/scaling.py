@@ -39,8 +39,7 @@ def measure_scaling(seconds: float = 1.0) -> list[Row]:
         feet = generator.uniform(-4.0, 4.0, (64, 3)) * [1.0, 0.0, 1.0]
         designs = np.broadcast_to(two_sensors(), (64, 2, 7))
         poses = (np.zeros(64, np.int64), feet, generator.uniform(-np.pi, np.pi, 64), designs)
-        rays = rate(_reader(Renderer([mesh]), poses), seconds) * 2 * 16 * 16
-        room.append(row("scaling", f"room_of_{len(mesh.faces)}_triangles", rays / 1e6, "Mray/s"))
+        room.append(_rays_row("room", mesh, poses, seconds))
     rows += room
     slowest = max(r["value"] for r in room) / room[-1]["value"]
     rows.append(row("scaling", "room_of_1_million_triangles_slower_by", slowest, "times"))
@@ -63,13 +62,18 @@ def _split_home(seconds: float) -> list[Row]:
     mesh = load_scene(HOME)
     poses = walking_poses(mesh, 64, two_sensors())
     while True:
-        rays = rate(_reader(Renderer([mesh]), poses), seconds) * 2 * 16 * 16
-        rows.append(row("scaling", f"home_of_{len(mesh.faces)}_triangles", rays / 1e6, "Mray/s"))
+        rows.append(_rays_row("home", mesh, poses, seconds))
         if len(mesh.faces) >= TRIANGLES[-1]:
             break
         mesh = split_triangles(mesh)
     rows.append(row("scaling", "home_of_most_triangles_slower_by", rows[0]["value"] / rows[-1]["value"], "times"))
     return rows
+
+
+def _rays_row(kind: str, mesh: SceneMesh, poses: Poses, seconds: float) -> Row:
+    """Rays per second of two sensors of 4 x 4 receptors with 16 rays each."""
+    rays = rate(_reader(Renderer([mesh]), poses), seconds) * 2 * 16 * 16
+    return row("scaling", f"{kind}_of_{len(mesh.faces)}_triangles", rays / 1e6, "Mray/s")
 
 
 def split_triangles(mesh: SceneMesh) -> SceneMesh:

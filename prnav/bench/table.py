@@ -78,13 +78,7 @@ def rate(work: Callable[[], int], seconds: float) -> float:
 
     CPU time, so that other work on a shared machine matters less. The first call, which may compile, does not count.
     """
-    work()
-    done, start = 0, time.process_time()
-    while True:
-        done += work()
-        spent = time.process_time() - start
-        if spent >= seconds:
-            return done / spent
+    return rates_by_turns([work], seconds)[0]
 
 
 def rates_by_turns(works: Sequence[Callable[[], int]], seconds: float) -> list[float]:
@@ -92,11 +86,13 @@ def rates_by_turns(works: Sequence[Callable[[], int]], seconds: float) -> list[f
     done, spent = [0] * len(works), [0.0] * len(works)
     for work in works:
         work()
-    while min(spent) < seconds:
+    while True:
         for place, work in enumerate(works):
             start = time.process_time()
             done[place] += work()
             spent[place] += time.process_time() - start
+        if min(spent) >= seconds:
+            break
     return [count / time_taken for count, time_taken in zip(done, spent, strict=True)]
 
 

@@ -42,7 +42,7 @@ def _chunks(batch: int, count: int) -> list[tuple[int, int]]:
     return [(begin, min(begin + step, batch * count)) for begin in range(0, batch * count, step)]
 
 
-def _folded(weight: Tensor, bias: Tensor, gain: Tensor, shift: Tensor) -> tuple[Tensor, Tensor]:
+def folded(weight: Tensor, bias: Tensor, gain: Tensor, shift: Tensor) -> tuple[Tensor, Tensor]:
     """Weight and bias of a linear map that takes in the gain and shift of the norm before it."""
     return weight * gain, torch.addmv(bias, weight, shift)
 
@@ -114,8 +114,8 @@ class Block(torch.autograd.Function):
         first, second, qkv, attended, inner, scales = memory.matrices
         passing = Memory([(most, hidden)])
         (active,) = passing.matrices
-        w_qkv, b_qkv = _folded(w_qkv, b_qkv, gain, shift)
-        w_in, b_in = _folded(w_in, b_in, gain_2, shift_2)
+        w_qkv, b_qkv = folded(w_qkv, b_qkv, gain, shift)
+        w_in, b_in = folded(w_in, b_in, gain_2, shift_2)
         attend, _ = attention_kernels(heads, width // heads, count)
         work = work_space(width // heads, count)[:4]
         turned_qkv, turned_out, turned_in, turned_mlp = w_qkv.t(), w_out.t(), w_in.t(), w_mlp.t()

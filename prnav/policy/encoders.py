@@ -245,9 +245,9 @@ class TransformerEncoder(TokenTransformer):
 
     def tokens(self, observations: Observations) -> Tensor:
         """Input tokens (B, S, D): readout, vectors, then what is seen."""
-        readings, of_reading, designs, places = self._parts(observations)
-        if not _fast(readings) or designs.dtype != torch.float32:
+        if not _fast(observations[READINGS]) or observations[DESIGN].dtype != torch.float32:
             return super().tokens(observations)
+        readings, of_reading, designs, places = self._parts(observations)
         vectors = self.vectors(observations)
         tokens: Tensor = Tokens.apply(self.readout, vectors, readings, of_reading.t(), designs, places)
         return tokens

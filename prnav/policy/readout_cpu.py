@@ -17,6 +17,7 @@ from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.policy.block_cpu import folded
 from prnav.policy.block_kernels import COMPILED, EPSILON, Floats, exponential, normalize
 
 
@@ -162,8 +163,8 @@ def attended_readout(
         bias: Of the same. That of the keys adds the same to all scores, and is not needed.
     """
     batch, _, width = tokens.shape
-    folded, offset = weight * gain, torch.addmv(bias, weight, shift)
-    of_query, of_key, of_value = folded.view(3, width, width).unbind(0)
+    taken_in, offset = folded(weight, bias, gain, shift)
+    of_query, of_key, of_value = taken_in.view(3, width, width).unbind(0)
     to_query, _, to_value = offset.view(3, width).unbind(0)
     split = (heads, width // heads, width)
     means, first = Readout.apply(tokens, of_query, to_query, of_key.view(split))

@@ -112,35 +112,6 @@ def _pointer(typing, address):  # noqa: D417 (typing is the compiler's)
     return types.voidptr(types.int64), generate
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _trace(intersect, scene, packet, lanes, buffer, fields, active, origin, right, up, forward, a, b, first, records):
-    """Trace ``lanes`` rays of a view, at most ``PACKET``, from the ``first`` one of the table on, into the buffer.
-
-    ``records`` is the address of the triangles' records for shading, which are asked for as triangles are met.
-    """
-    field, ray = (PACKET, 1) if packet else (1, FIELDS)
-    rays = buffer.ctypes.data
-    arguments = rays + 4 * FIELDS * PACKET
-    for lane in range(lanes):
-        x, y = a[first + lane], b[first + lane]
-        at = lane * ray
-        for axis in range(3):
-            buffer[at + axis * field] = origin[axis]
-            buffer[at + (4 + axis) * field] = forward[axis] + x * right[axis] + y * up[axis]
-        buffer[at + 3 * field] = np.float32(0.0)
-        buffer[at + 8 * field] = np.float32(np.inf)
-        fields[at + 9 * field] = -1
-        fields[at + 18 * field] = -1
-        if not packet:
-            _intersect_one(intersect, scene, rays + 4 * at, arguments)  # type: ignore[call-arg]
-            if fields[at + 18 * field] != -1:
-                _prefetch(records + 64 * np.int64(fields[at + 17 * field]))
-    if packet:
-        for lane in range(PACKET):
-            active[lane] = -1 if lane < lanes else 0
-        _intersect_packet(intersect, active.ctypes.data, scene, rays, arguments)  # type: ignore[call-arg]
-
-
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _sphere_depth(sphere, origin, dx, dy, dz):
     """Ray parameter at which a ray first meets a sphere (4,), inf on a miss; from inside, it is seen from inside."""
@@ -155,6 +126,48 @@ def _sphere_depth(sphere, origin, dx, dy, dz):
     if t <= 0.0:
         t = along + root
     return t / length if t > 0.0 else np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _trace(tracing, scene, records, lanes, fields, active, met, view, views, a, b, first):
+    """Trace ``lanes`` rays of a view, at most ``PACKET``, from the ``first`` one of the table on, into the buffer.
+
+    What each ray meets first goes to ``met`` (PACKET,): a triangle, ``SPHERE``, or -1 for nothing; its depth is in the
+    buffer. ``records`` is the address of the triangles' records for shading, which are asked for as they are met.
+    """
+    intersect, packet, buffer = tracing
+    origin, right, up, forward, spheres = views
+    sphere = spheres[view]
+    field, ray = (PACKET, 1) if packet else (1, FIELDS)
+    rays = buffer.ctypes.data
+    arguments = rays + 4 * FIELDS * PACKET
+    for lane in range(lanes):
+        x, y = a[first + lane], b[first + lane]
+        at = lane * ray
+        for axis in range(3):
+            buffer[at + axis * field] = origin[view, axis]
+            buffer[at + (4 + axis) * field] = forward[view, axis] + x * right[view, axis] + y * up[view, axis]
+        buffer[at + 3 * field] = np.float32(0.0)
+        buffer[at + 8 * field] = np.float32(np.inf)
+        fields[at + 9 * field] = -1
+        fields[at + 18 * field] = -1
+        if not packet:
+            _intersect_one(intersect, scene, rays + 4 * at, arguments)  # type: ignore[call-arg]
+            if fields[at + 18 * field] != -1:
+                _prefetch(records + 64 * np.int64(fields[at + 17 * field]))
+    if packet:
+        for lane in range(PACKET):
+            active[lane] = -1 if lane < lanes else 0
+        _intersect_packet(intersect, active.ctypes.data, scene, rays, arguments)  # type: ignore[call-arg]
+    for lane in range(lanes):
+        at = lane * ray
+        met[lane] = -1 if fields[at + 18 * field] == -1 else fields[at + 17 * field]
+        if sphere[3] > 0.0:
+            dx, dy, dz = buffer[at + 4 * field], buffer[at + 5 * field], buffer[at + 6 * field]
+            ball = _sphere_depth(sphere, origin[view], np.float64(dx), np.float64(dy), np.float64(dz))
+            if ball < buffer[at + 8 * field]:
+                buffer[at + 8 * field] = ball
+                met[lane] = SPHERE
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -224,54 +237,40 @@ def read_patches(
         patches: of a view.
         sums: what is added to.
     """
-    intersect, packet, buffer = tracing
-    origin, right, up, forward, spheres = views
+    _, packet, buffer = tracing
     a, b, patch, weight = table
     field, ray = (PACKET, 1) if packet else (1, FIELDS)
     fields = buffer.view(np.int32)
-    active = np.empty(PACKET, dtype=np.int32)
+    active, met = np.empty(PACKET, dtype=np.int32), np.empty(PACKET, dtype=np.int32)
     place = np.empty(PACKET, dtype=np.int64)
     for view in order:
         scene, records, triangles, colours, count = scenes[scene_of_view[view]]
         surfaces = carray(_pointer(records), (triangles,), SURFACE)  # type: ignore[call-arg]
         texels = carray(_pointer(colours), (count,), np.uint32)
         area = pixel_area[view] * np.float32(LEVEL_BIAS)
-        sphere = spheres[view]
         for first in range(0, len(a), PACKET):
             lanes = min(PACKET, len(a) - first)
-            _trace(
-                intersect, scene, packet, lanes, buffer, fields, active,
-                origin[view], right[view], up[view], forward[view], a, b, first, records,
-            )  # fmt: skip
+            _trace(tracing, scene, records, lanes, fields, active, met, view, views, a, b, first)
             for lane in range(lanes):
+                if met[lane] < 0:
+                    continue
                 at = lane * ray
-                depth = buffer[at + 8 * field]
+                surface, depth = surfaces[met[lane]], buffer[at + 8 * field]
                 dx, dy, dz = buffer[at + 4 * field], buffer[at + 5 * field], buffer[at + 6 * field]
-                place[lane] = -1
-                if fields[at + 18 * field] != -1:
-                    surface = surfaces[fields[at + 17 * field]]
-                    nx, ny, nz = buffer[at + 12 * field], buffer[at + 13 * field], buffer[at + 14 * field]
-                    covered = area * depth * depth * surface.texels / abs(nx * dx + ny * dy + nz * dz)
-                    place[lane] = _texel_of(surface, buffer[at + 15 * field], buffer[at + 16 * field], covered)
-                if sphere[3] > 0.0:
-                    if _sphere_depth(sphere, origin[view], np.float64(dx), np.float64(dy), np.float64(dz)) < depth:
-                        place[lane] = SPHERE
+                nx, ny, nz = buffer[at + 12 * field], buffer[at + 13 * field], buffer[at + 14 * field]
+                covered = area * depth * depth * surface.texels / abs(nx * dx + ny * dy + nz * dz)
+                place[lane] = _texel_of(surface, buffer[at + 15 * field], buffer[at + 16 * field], covered)
             for lane in range(lanes):
-                at = lane * ray
                 row = view * patches + patch[first + lane]
                 w = weight[first + lane]
-                if place[lane] >= 0:
-                    surface = surfaces[fields[at + 17 * field]]
-                    s, t = buffer[at + 15 * field], buffer[at + 16 * field]
-                    _add_colour(sums, row, w, texels[place[lane]], surface, s, t)
-                elif place[lane] == SPHERE:
-                    sums[row, 0] += w * sphere_color[0]
-                    sums[row, 1] += w * sphere_color[1]
-                    sums[row, 2] += w * sphere_color[2]
+                if met[lane] >= 0:
+                    s, t = buffer[lane * ray + 15 * field], buffer[lane * ray + 16 * field]
+                    _add_colour(sums, row, w, texels[place[lane]], surfaces[met[lane]], s, t)
                 else:
-                    sums[row, 0] += w * background[0]
-                    sums[row, 1] += w * background[1]
-                    sums[row, 2] += w * background[2]
+                    plain = sphere_color if met[lane] == SPHERE else background
+                    sums[row, 0] += w * plain[0]
+                    sums[row, 1] += w * plain[1]
+                    sums[row, 2] += w * plain[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -280,29 +279,16 @@ def trace_pixels(tracing, scenes, scene_of_view, order, views, table, triangles,
 
     The arguments are those of :func:`read_patches`.
     """
-    intersect, packet, buffer = tracing
-    origin, right, up, forward, spheres = views
+    _, packet, buffer = tracing
     a, b, patch, _ = table
     field, ray = (PACKET, 1) if packet else (1, FIELDS)
     fields = buffer.view(np.int32)
-    active = np.empty(PACKET, dtype=np.int32)
+    active, met = np.empty(PACKET, dtype=np.int32), np.empty(PACKET, dtype=np.int32)
     for view in order:
         scene, records = scenes[scene_of_view[view], 0], scenes[scene_of_view[view], 1]
-        sphere = spheres[view]
         for first in range(0, len(a), PACKET):
             lanes = min(PACKET, len(a) - first)
-            _trace(
-                intersect, scene, packet, lanes, buffer, fields, active,
-                origin[view], right[view], up[view], forward[view], a, b, first, records,
-            )  # fmt: skip
+            _trace(tracing, scene, records, lanes, fields, active, met, view, views, a, b, first)
             for lane in range(lanes):
-                at = lane * ray
-                depth = buffer[at + 8 * field]
-                triangle = -1 if fields[at + 18 * field] == -1 else fields[at + 17 * field]
-                if sphere[3] > 0.0:
-                    dx, dy, dz = buffer[at + 4 * field], buffer[at + 5 * field], buffer[at + 6 * field]
-                    ball = _sphere_depth(sphere, origin[view], np.float64(dx), np.float64(dy), np.float64(dz))
-                    if ball < depth:
-                        depth, triangle = np.float32(ball), SPHERE
-                triangles[view, patch[first + lane]] = triangle
-                depths[view, patch[first + lane]] = depth
+                triangles[view, patch[first + lane]] = met[lane]
+                depths[view, patch[first + lane]] = buffer[lane * ray + 8 * field]
