@@ -6,12 +6,19 @@ Letters in shapes: B batch, K cameras, H and W pixels, D encoder width. Pictures
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+import numpy as np
 import torch
+from numba import njit
+from numpy.typing import NDArray
 from torch import Tensor, nn
+from torch.autograd.function import once_differentiable
+from torch.nn import functional
 
 from prnav.errors import ConfigError
+from prnav.policy.block_kernels import COMPILED, Floats
 from prnav.policy.config import PolicyConfig
 from prnav.policy.encoders import (
     DESIGN,
@@ -28,6 +35,10 @@ from prnav.policy.features import vector_features
 CAMERA = "camera"
 PATCH = 16
 """Pixels per side of a patch (paper, section "Architecture")."""
+
+
+PICTURES_AT_ONCE = 16
+"""Pictures that a CPU turns into patches at a time: the patches (3 MB at 128 x 128) are read again while in cache."""
 
 
 def _camera_shape(shapes: Shapes, encoder: str) -> tuple[int, int, int]:
@@ -51,6 +62,63 @@ def pixels(pictures: Tensor) -> Tensor:
     return scale_readings(pictures.float() / 255.0)
 
 
+def patches(pictures: Tensor) -> Tensor:
+    """Patches (N, P, PATCH * PATCH * 3) of pictures (N, H, W, 3), row by row from the top left, as :func:`pixels`."""
+    count, rows, columns, colours = pictures.shape
+    shape = (count, (rows // PATCH) * (columns // PATCH), PATCH * PATCH * colours)
+    grid = pictures.reshape(count, rows // PATCH, PATCH, columns // PATCH, PATCH * colours)
+    if pictures.device.type == "cpu" and not torch.compiler.is_compiling():
+        out = np.empty((count, rows // PATCH, columns // PATCH, PATCH, PATCH * colours), dtype=np.float32)
+        _cut(grid.numpy(), out)
+        return torch.from_numpy(out).view(shape)
+    return pixels(grid.transpose(2, 3)).reshape(shape)
+
+
+@njit(**COMPILED)
+def _cut(grid: NDArray[np.uint8], out: Floats) -> None:
+    """Patches (N, R, C, PATCH, PATCH * 3) of pictures (N, R, PATCH, C, PATCH * 3) in one pass."""
+    count, rows, height, columns, width = grid.shape
+    for n in range(count):
+        for r in range(rows):
+            for y in range(height):
+                for c in range(columns):
+                    line, result = grid[n, r, y, c], out[n, r, c, y]
+                    for i in range(width):
+                        result[i] = np.float32(line[i]) * np.float32(4.0 / 255.0) - np.float32(2.0)
+
+
+def _batches(pictures: Tensor) -> Iterator[tuple[slice, Tensor]]:
+    """Patches of some pictures at a time, and which."""
+    size = PICTURES_AT_ONCE if pictures.device.type == "cpu" else max(1, len(pictures))
+    for first in range(0, max(1, len(pictures)), size):
+        some = slice(first, first + size)
+        yield some, patches(pictures[some])
+
+
+class PatchMap(torch.autograd.Function):
+    """A linear map of patches that keeps only the pictures' bytes for the way back, a quarter of the patches' size.
+
+    Patches are made twice, which costs less than to store and fetch them.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, pictures: Tensor, weight: Tensor) -> Tensor:
+        """Tokens (N, P, D) of pictures (N, H, W, 3) by a weight (D, PATCH * PATCH * 3)."""
+        ctx.save_for_backward(pictures)
+        ctx.weight_type = weight.dtype
+        return torch.cat([functional.linear(some, weight) for _, some in _batches(pictures)])
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, grad: Tensor) -> tuple[None, Tensor]:
+        """Gradient of the weight."""
+        (pictures,) = ctx.saved_tensors
+        total = grad.new_zeros(grad.shape[-1], PATCH * PATCH * pictures.shape[-1])
+        for which, some in _batches(pictures):
+            total.addmm_(grad[which].flatten(0, 1).t(), some.flatten(0, 1).to(grad.dtype))
+        return None, total.to(ctx.weight_type)
+
+
 class CameraEncoder(TokenTransformer):
     """The photoreceptors' transformer over patches: one token [flat patch of 16 x 16 pixels, design, its place]."""
 
@@ -61,15 +129,16 @@ class CameraEncoder(TokenTransformer):
         self.patch_token = nn.Linear(PATCH * PATCH * 3 + design + config.position_width, config.width)
 
     def sight_tokens(self, observations: Observations) -> Tensor:
-        """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
-        pictures = pixels(observations[CAMERA])
-        batch, cameras, rows, columns, colours = pictures.shape
-        grid = pictures.view(batch, cameras, rows // PATCH, PATCH, columns // PATCH, PATCH, colours)
-        patches = grid.transpose(3, 4).reshape(batch, cameras, -1, PATCH * PATCH * colours)
-        count = patches.shape[2]
-        designs = observations[DESIGN][:, :, None].expand(-1, -1, count, -1)
-        places = self.positions.expand(batch, cameras, -1, -1)
-        return self.patch_token(torch.cat([patches, designs, places], dim=-1)).flatten(1, 2)
+        """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left.
+
+        One linear map of [patch, design, place] in three parts, so that each is mapped as often as it differs.
+        """
+        pictures, design, layer = observations[CAMERA], observations[DESIGN], self.patch_token
+        parts = [PATCH * PATCH * 3, design.shape[-1], self.positions.shape[1]]
+        of_patch, of_design, of_place = layer.weight.split(parts, dim=1)
+        sight = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(self.positions), -1)
+        designs = functional.linear(design, of_design, layer.bias)[:, :, None]
+        return (sight + designs + functional.linear(self.positions, of_place)).flatten(1, 2)
 
 
 class ResNetEncoder(nn.Module):

@@ -130,7 +130,7 @@ def _part(rollout: Rollout, environments: NDArray[np.int64], weight: float) -> P
     columns = torch.from_numpy(environments).to(rollout.device)
     arrays = {name: array[:, columns] for name, array in rollout.arrays.items()}
     return Part(
-        observations={key: value[:, columns] for key, value in rollout.observations.items()},
+        observations={key: value.index_select(1, columns) for key, value in rollout.observations.items()},
         arrays=arrays,
         state=rollout.state[:, :, columns],
         segments=segment(arrays["starts"].cpu().numpy(), rollout.device),

@@ -10,7 +10,7 @@ from prnav.env import EnvConfig
 from prnav.env.spaces import observation_space
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy
-from prnav.policy.camera_encoders import PATCH, pixels
+from prnav.policy.camera_encoders import PATCH, PICTURES_AT_ONCE, PatchMap, patches, pixels
 from prnav.policy.encoders import scale_readings
 
 SHAPES = {"camera": (1, 32, 32, 3), "design": (1, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
@@ -33,6 +33,23 @@ def test_a_camera_token_is_a_flat_patch_its_design_and_its_place():
         flat = pixels(seen["camera"])[1, 0, row : row + PATCH, column : column + PATCH].flatten()
         expected = encoder.patch_token(torch.cat([flat, seen["design"][1, 0], encoder.positions[patch]]))
         torch.testing.assert_close(tokens[1, 3 + patch], expected, atol=1e-5, rtol=0)
+
+
+def test_the_map_of_patches_is_a_linear_layer_of_them_forward_and_backward():
+    generator = torch.Generator().manual_seed(2)
+    pictures = torch.randint(0, 256, (PICTURES_AT_ONCE + 3, 32, 48, 3), generator=generator, dtype=torch.uint8)
+    weight = torch.randn(8, PATCH * PATCH * 3, generator=generator, requires_grad=True)
+    above = torch.randn(len(pictures), 6, 8, generator=generator)
+    by_hand = pixels(pictures).unfold(1, PATCH, PATCH).unfold(2, PATCH, PATCH).permute(0, 1, 2, 4, 5, 3).flatten(3)
+    torch.testing.assert_close(patches(pictures), by_hand.flatten(1, 2), atol=1e-6, rtol=0)
+    plain = torch.nn.functional.linear(by_hand.flatten(1, 2), weight)
+    (expected,) = torch.autograd.grad((plain * above).sum(), weight)
+    mapped = PatchMap.apply(pictures, weight)
+    (found,) = torch.autograd.grad((mapped * above).sum(), weight)
+    torch.testing.assert_close(mapped, plain, atol=1e-4, rtol=1e-5)
+    torch.testing.assert_close(found, expected, atol=1e-4, rtol=1e-5)
+    nothing = PatchMap.apply(pictures[:0], weight)
+    assert nothing.shape == (0, 6, 8)
 
 
 def test_a_receptor_token_is_a_reading_its_design_and_its_place():
