@@ -37,8 +37,8 @@ PATCH = 16
 """Pixels per side of a patch (paper, section "Architecture")."""
 
 
-PICTURES_AT_ONCE = 16
-"""Pictures that a CPU turns into patches at a time: the patches (3 MB at 128 x 128) are read again while in cache."""
+PICTURES_AT_ONCE, PICTURES_AT_ONCE_ON_GPU = 16, 4096
+"""Pictures that are turned into patches at a time: on a CPU (3 MB at 128 x 128), patches are read while in cache."""
 
 
 def _camera_shape(shapes: Shapes, encoder: str) -> tuple[int, int, int]:
@@ -67,11 +67,16 @@ def patches(pictures: Tensor) -> Tensor:
     count, rows, columns, colours = pictures.shape
     shape = (count, (rows // PATCH) * (columns // PATCH), PATCH * PATCH * colours)
     grid = pictures.reshape(count, rows // PATCH, PATCH, columns // PATCH, PATCH * colours)
-    if pictures.device.type == "cpu" and not torch.compiler.is_compiling():
-        out = np.empty((count, rows // PATCH, columns // PATCH, PATCH, PATCH * colours), dtype=np.float32)
-        _cut(grid.numpy(), out)
-        return torch.from_numpy(out).view(shape)
-    return pixels(grid.transpose(2, 3)).reshape(shape)
+    if not _compiled(pictures):
+        return pixels(grid.transpose(2, 3)).reshape(shape)
+    out = np.empty((count, rows // PATCH, columns // PATCH, PATCH, PATCH * colours), dtype=np.float32)
+    _cut(grid.numpy(), out)
+    return torch.from_numpy(out).view(shape)
+
+
+def _compiled(pictures: Tensor) -> bool:
+    """Whether a compiled loop makes the patches: on a CPU."""
+    return pictures.device.type == "cpu" and not torch.compiler.is_compiling()
 
 
 @njit(**COMPILED)
@@ -89,7 +94,7 @@ def _cut(grid: NDArray[np.uint8], out: Floats) -> None:
 
 def _batches(pictures: Tensor) -> Iterator[tuple[slice, Tensor]]:
     """Patches of some pictures at a time, and which."""
-    size = PICTURES_AT_ONCE if pictures.device.type == "cpu" else max(1, len(pictures))
+    size = PICTURES_AT_ONCE if _compiled(pictures) else PICTURES_AT_ONCE_ON_GPU
     for first in range(0, max(1, len(pictures)), size):
         some = slice(first, first + size)
         yield some, patches(pictures[some])
@@ -105,18 +110,17 @@ class PatchMap(torch.autograd.Function):
     def forward(ctx: Any, pictures: Tensor, weight: Tensor) -> Tensor:
         """Tokens (N, P, D) of pictures (N, H, W, 3) by a weight (D, PATCH * PATCH * 3)."""
         ctx.save_for_backward(pictures)
-        ctx.weight_type = weight.dtype
         return torch.cat([functional.linear(some, weight) for _, some in _batches(pictures)])
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, grad: Tensor) -> tuple[None, Tensor]:
-        """Gradient of the weight."""
+        """Gradient of the weight, float32 whatever the tokens are."""
         (pictures,) = ctx.saved_tensors
-        total = grad.new_zeros(grad.shape[-1], PATCH * PATCH * pictures.shape[-1])
+        total = torch.zeros(grad.shape[-1], PATCH * PATCH * pictures.shape[-1], device=grad.device)
         for which, some in _batches(pictures):
-            total.addmm_(grad[which].flatten(0, 1).t(), some.flatten(0, 1).to(grad.dtype))
-        return None, total.to(ctx.weight_type)
+            total.addmm_(grad[which].flatten(0, 1).t().float(), some.flatten(0, 1))
+        return None, total
 
 
 class CameraEncoder(TokenTransformer):
