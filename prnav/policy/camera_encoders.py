@@ -28,6 +28,7 @@ from prnav.policy.encoders import (
     TokenTransformer,
     orthogonal,
     scale_readings,
+    token_parts,
     vector_keys,
 )
 from prnav.policy.features import vector_features
@@ -35,7 +36,6 @@ from prnav.policy.features import vector_features
 CAMERA = "camera"
 PATCH = 16
 """Pixels per side of a patch (paper, section "Architecture")."""
-
 
 PICTURES_AT_ONCE, PICTURES_AT_ONCE_ON_GPU = 16, 4096
 """Pictures that are turned into patches at a time: on a CPU (3 MB at 128 x 128), patches are read while in cache."""
@@ -133,16 +133,11 @@ class CameraEncoder(TokenTransformer):
         self.patch_token = nn.Linear(PATCH * PATCH * 3 + design + config.position_width, config.width)
 
     def sight_tokens(self, observations: Observations) -> Tensor:
-        """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left.
-
-        One linear map of [patch, design, place] in three parts, so that each is mapped as often as it differs.
-        """
-        pictures, design, layer = observations[CAMERA], observations[DESIGN], self.patch_token
-        parts = [PATCH * PATCH * 3, design.shape[-1], self.positions.shape[1]]
-        of_patch, of_design, of_place = layer.weight.split(parts, dim=1)
-        sight = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(self.positions), -1)
-        designs = functional.linear(design, of_design, layer.bias)[:, :, None]
-        return (sight + designs + functional.linear(self.positions, of_place)).flatten(1, 2)
+        """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
+        pictures = observations[CAMERA]
+        of_patch, designs, places = token_parts(self.patch_token, observations[DESIGN], self.positions)
+        sight = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
+        return (sight + designs[:, :, None] + places).flatten(1, 2)
 
 
 class ResNetEncoder(nn.Module):

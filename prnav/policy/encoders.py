@@ -225,6 +225,22 @@ class TokenTransformer(nn.Module):
         return self.norm(last.first(tokens))
 
 
+def token_parts(layer: nn.Linear, designs: Tensor, positions: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """One linear map of [what is seen, design, place] in three parts, so that each is mapped as often as it differs.
+
+    Args:
+        layer: The map, from as many numbers as the three have together.
+        designs: Of the sensors, (B, K, E).
+        positions: Embeddings of the places in a sensor, (P, Q).
+
+    Returns:
+        The weight (D, ...) of what is seen; what designs (B, K, D) and places (P, D) add.
+    """
+    design, place = designs.shape[-1], positions.shape[1]
+    of_seen, of_design, of_place = layer.weight.split([layer.in_features - design - place, design, place], dim=1)
+    return of_seen, functional.linear(designs, of_design, layer.bias), functional.linear(positions, of_place)
+
+
 class TransformerEncoder(TokenTransformer):
     """The paper's encoder of photoreceptors (section "Architecture" and its figure in the appendix).
 
@@ -253,14 +269,9 @@ class TransformerEncoder(TokenTransformer):
         return tokens
 
     def _parts(self, observations: Observations) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """One linear map of [reading, design, place] in three parts, so that each is mapped as often as it differs.
-
-        Readings (B, K, P, 3) and their weight (D, 3); what designs (B, K, D) and places (P, D) add.
-        """
-        layer, design = self.receptor_token, observations[DESIGN]
-        of_reading, of_design, of_place = layer.weight.split([3, design.shape[-1], self.positions.shape[1]], 1)
-        designs = functional.linear(design, of_design, layer.bias)
-        return scale_readings(observations[READINGS]), of_reading, designs, functional.linear(self.positions, of_place)
+        """Readings (B, K, P, 3), and the three parts of their map to tokens as :func:`token_parts` has them."""
+        parts = token_parts(self.receptor_token, observations[DESIGN], self.positions)
+        return scale_readings(observations[READINGS]), *parts
 
 
 ENCODERS: Mapping[str, type[nn.Module]] = {

@@ -128,7 +128,7 @@ class Learner:
 
 def _part(rollout: Rollout, environments: NDArray[np.int64], weight: float) -> Part:
     columns = torch.from_numpy(environments).to(rollout.device)
-    arrays = {name: array[:, columns] for name, array in rollout.arrays.items()}
+    arrays = {name: array.index_select(1, columns) for name, array in rollout.arrays.items()}
     return Part(
         observations={key: value.index_select(1, columns) for key, value in rollout.observations.items()},
         arrays=arrays,
