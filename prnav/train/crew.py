@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from torch import Tensor
 
+from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import RecurrentPolicy
 from prnav.train.progress import Progress
@@ -26,7 +26,7 @@ class Crew:
     """Collectors of several groups of environments, and the noise by which they act."""
 
     def __init__(
-        self, groups: Sequence[VectorEnv], policy: RecurrentPolicy, seed: int, threads: int, rank: int = 0
+        self, groups: Sequence[BatchEnv], policy: RecurrentPolicy, seed: int, threads: int, rank: int = 0
     ) -> None:
         """Crew at the first step of all its episodes.
 

@@ -1,12 +1,10 @@
-"""What a run finds: the device, the precision of its products, the environments' spaces."""
+"""What a run finds: the device, the precision of its products, the types of observations."""
 
 from __future__ import annotations
 
-import numpy as np
 import torch
-from gymnasium.spaces import Dict, Discrete
-from gymnasium.vector import VectorEnv
 
+from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
 from prnav.policy import RecurrentPolicy
 from prnav.train.config import TrainConfig
@@ -39,23 +37,6 @@ def set_precision(policy: RecurrentPolicy, config: TrainConfig) -> None:
         policy.encoder.compile()
 
 
-def types_of(envs: VectorEnv) -> dict[str, torch.dtype]:
+def types_of(specs: ObservationSpecs) -> dict[str, torch.dtype]:
     """Types of the observations as tensors."""
-    spaces = envs.single_observation_space
-    assert isinstance(spaces, Dict)
-    return {key: torch.from_numpy(np.empty(0, space.dtype)).dtype for key, space in spaces.items()}
-
-
-def spaces_of(envs: VectorEnv) -> tuple[dict[str, tuple[int, ...]], int]:
-    """Observation shapes and number of actions of an environment.
-
-    Raises:
-        ConfigError: the spaces are not a dictionary of arrays and a set of actions.
-    """
-    observations, actions = envs.single_observation_space, envs.single_action_space
-    if not isinstance(observations, Dict) or not isinstance(actions, Discrete):
-        raise ConfigError(
-            f"environment has observations {type(observations).__name__} and actions {type(actions).__name__}; "
-            f"the trainer needs a Dict of arrays and Discrete actions"
-        )
-    return {key: tuple(space.shape or ()) for key, space in observations.items()}, int(actions.n)
+    return {key: {"uint8": torch.uint8, "float32": torch.float32}[spec.dtype] for key, spec in specs.items()}

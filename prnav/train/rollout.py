@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from torch import Tensor
 
+from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
 from prnav.policy import RecurrentPolicy, log_probabilities, sample_actions
 from prnav.train.progress import Progress
@@ -86,7 +86,7 @@ _FLAGS = ("starts", "terminated", "truncated")
 class Collector:
     """Steps some environments with a policy, and holds all that a rollout carries over to the next."""
 
-    def __init__(self, envs: VectorEnv, policy: RecurrentPolicy, seed: int) -> None:
+    def __init__(self, envs: BatchEnv, policy: RecurrentPolicy, seed: int) -> None:
         self.envs = envs
         self.policy = policy
         self.observations, _ = envs.reset(seed=seed)
@@ -178,7 +178,7 @@ class Collector:
     def state_dict(self) -> dict[str, Any]:
         """All that the next rollout depends on, the environments included."""
         return {
-            "environments": self.envs.get_state(),  # type: ignore[attr-defined]
+            "environments": self.envs.snapshot(),
             "observations": {key: as_tensor(self.observations[key]) for key in self.policy.shapes},
             "starts": self.starts,
             "previous_actions": self.previous_actions,
@@ -187,7 +187,7 @@ class Collector:
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Go on from :meth:`state_dict`."""
-        self.envs.set_state(state["environments"])  # type: ignore[attr-defined]
+        self.envs.restore(state["environments"])
         self.observations = dict(state["observations"])
         self.starts = state["starts"]
         self.previous_actions = state["previous_actions"]
@@ -201,13 +201,13 @@ def as_tensor(values: Any) -> Tensor:
     return values if isinstance(values, Tensor) else torch.from_dlpack(values)
 
 
-def expert_actions(envs: VectorEnv) -> NDArray[np.int64]:
+def expert_actions(envs: BatchEnv) -> NDArray[np.int64]:
     """The oracle's action in each environment, (N,).
 
     Raises:
         ConfigError: the environment has no oracle.
     """
-    if not hasattr(envs, "expert_actions"):
+    if not isinstance(envs, HasExpert):
         raise ConfigError("the environment has no shortest-path oracle to imitate; train with --warmstart none")
     return np.asarray(envs.expert_actions(), dtype=np.int64)
 

@@ -57,10 +57,10 @@ class ScoredEnv(VectorEnv):
         self.time = np.where(over, 0, self.time + 1)
         return self._observe(), np.zeros(self.num_envs), over, np.zeros_like(over), info
 
-    def get_state(self):
+    def snapshot(self):
         return {"theta": self.theta.copy(), "waiting": self.waiting.copy(), "time": self.time.copy()}
 
-    def set_state(self, state):
+    def restore(self, state):
         self.theta, self.waiting, self.time = (np.array(state[key]) for key in ("theta", "waiting", "time"))
 
     def _observe(self):

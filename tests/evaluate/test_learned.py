@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 import torch
 
+from prnav.contracts import Turn
 from prnav.errors import CheckpointError
-from prnav.evaluate.agents import Turn
-from prnav.evaluate.learned import BLOCK, PolicyAgent, load_run
+from prnav.evaluate.learned import load_run
+from prnav.play.policy_agent import BLOCK, PolicyAgent
 from prnav.policy import PolicyConfig, build_policy
 
 SHAPES = {"photoreceptors": (2, 4, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
@@ -51,15 +52,19 @@ def test_answers_do_not_depend_on_the_batch(encoder):
 
 @pytest.mark.parametrize("encoder", ["transformer", "compact", "blind"])
 def test_probabilities_are_the_same_bits_in_every_row_of_a_block(encoder):
-    agent = PolicyAgent(make_policy(encoder), "policy", "greedy", BLOCK)
+    policy, seen = make_policy(encoder), []
+    step = policy.step
+    policy.step = lambda *inputs: seen.append(step(*inputs)) or seen[-1]
+    agent = PolicyAgent(policy, "policy", "greedy", BLOCK)
     generator = np.random.default_rng(2)
     observations = made_up(generator, BLOCK)
     for value in observations.values():
         value[:] = value[0]
     ones = np.ones(BLOCK, bool)
     turn = Turn(observations, ones, ones, np.zeros(BLOCK, np.uint64), np.zeros(BLOCK, np.int64))
-    probabilities = agent._probabilities(turn)
-    np.testing.assert_array_equal(probabilities, np.repeat(probabilities[:1], BLOCK, axis=0))
+    agent.act(turn)
+    logits = seen[0].logits.numpy()
+    np.testing.assert_array_equal(logits, np.repeat(logits[:1], BLOCK, axis=0))
 
 
 def test_greedy_takes_the_likeliest_action_of_the_policy_itself():

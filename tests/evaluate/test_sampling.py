@@ -1,6 +1,6 @@
 import numpy as np
 
-from prnav.evaluate.sampling import episode_key, sample_categorical, uniforms
+from prnav.play.noise import episode_key, noise_rows, uniforms
 
 
 def test_uniforms_are_uniform_and_uncorrelated_between_steps_and_episodes():
@@ -26,10 +26,10 @@ def test_known_value_is_the_same_on_every_machine():
     assert uniforms(key, np.array([0]))[0] == 0.7428277803319073
 
 
-def test_categorical_draws_by_probability_and_never_what_has_none():
-    generator = np.random.default_rng(0)
-    probabilities = np.tile([0.0, 0.2, 0.5, 0.3, 0.0], (20_000, 1))
-    actions = sample_categorical(probabilities, generator.random(20_000))
-    np.testing.assert_allclose(np.bincount(actions, minlength=5) / 20_000, [0, 0.2, 0.5, 0.3, 0], atol=0.015)
-    edges = sample_categorical(probabilities[:2], np.array([0.0, np.nextafter(1.0, 0.0)]))
-    assert edges.tolist() == [1, 3]
+def test_rows_of_noise_belong_to_their_episode_and_step_and_never_touch_the_ends():
+    keys = np.array([episode_key(7, "a", str(i)) for i in range(500)], dtype=np.uint64)
+    rows = noise_rows(keys, np.arange(500), 4)
+    assert rows.shape == (500, 4) and rows.dtype == np.float32 and 0.0 < rows.min() and rows.max() < 1.0
+    assert abs(rows.mean() - 0.5) < 0.03 and abs(np.corrcoef(rows.T) - np.eye(4)).max() < 0.15
+    np.testing.assert_array_equal(noise_rows(keys[3:4], np.array([3]), 4), rows[3:4])
+    np.testing.assert_array_equal(noise_rows(keys, np.arange(500), 2), rows[:, :2])

@@ -11,8 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import toy_config
 from toy_env import CueEnv
+from toy_run import toy_config
 
 from prnav.config import to_toml
 from prnav.errors import CheckpointError, ConfigError, PrnavError
@@ -83,13 +83,15 @@ KILLED = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from conftest import toy_config
+from toy_run import toy_config
 from toy_env import CueEnv
 from toy_env import CueEnv
 from prnav.train import RunFolder, Trainer
 config = toy_config(total_steps=int(sys.argv[3]))
 report = lambda row: print(row["update"], flush=True)
-Trainer(config, CueEnv(config.num_envs), RunFolder(Path(sys.argv[2])), report).train()
+trainer = Trainer(config, CueEnv(config.num_envs), RunFolder(Path(sys.argv[2])), report)
+trainer.begin()
+trainer.train()
 """
 
 
