@@ -14,6 +14,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.design.cost import CostConfig, design_cost
 from prnav.design.gaussian import DesignPolicy
 from prnav.sensors import Design, theta_to_pose, with_free_values
@@ -30,6 +31,8 @@ class DesignableEnvs(Protocol):
     single_observation_space: Any
     action_space: Any
     single_action_space: Any
+    observation_specs: ObservationSpecs
+    action_spec: ActionSpec
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
@@ -45,11 +48,11 @@ class DesignableEnvs(Protocol):
         """Designs of agents (n,) from their next episodes on, normalised, (n, K, 7)."""
         ...
 
-    def get_state(self) -> dict[str, Any]:
-        """All that :meth:`set_state` needs."""
+    def snapshot(self) -> dict[str, Any]:
+        """All that :meth:`restore` needs."""
         ...
 
-    def set_state(self, state: dict[str, Any]) -> None:
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on where the state was taken."""
         ...
 
@@ -80,6 +83,7 @@ class DesignedVectorEnv(VectorEnv):
         self.num_envs, self.metadata = envs.num_envs, envs.metadata
         self.observation_space, self.single_observation_space = envs.observation_space, envs.single_observation_space
         self.action_space, self.single_action_space = envs.action_space, envs.single_action_space
+        self.observation_specs, self.action_spec = envs.observation_specs, envs.action_spec
         self.render_mode = None
         size, count = len(policy.mean), self.num_envs
         self.drawn = np.zeros(count, np.int64)  #: designs drawn by each agent
@@ -129,17 +133,17 @@ class DesignedVectorEnv(VectorEnv):
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held that needs closing."""
 
-    def get_state(self) -> dict[str, Any]:
-        """All that :meth:`set_state` needs, the design policy included."""
+    def snapshot(self) -> dict[str, Any]:
+        """All that :meth:`restore` needs, the design policy included."""
         return {
-            "envs": self.envs.get_state(),
+            "envs": self.envs.snapshot(),
             "policy": self.policy.state_dict(),
             **{name: getattr(self, name).copy() for name in _STATE},
         }
 
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on where :meth:`get_state` was called."""
-        self.envs.set_state(state["envs"])
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue where :meth:`snapshot` was called."""
+        self.envs.restore(state["envs"])
         self.policy.load_state_dict(state["policy"])
         for name in _STATE:
             setattr(self, name, np.array(state[name]))

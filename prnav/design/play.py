@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.policy import RecurrentPolicy, sample_actions
+from prnav.policy import Policy
 
 Measures = dict[str, NDArray[np.float64]]
 
@@ -36,7 +36,7 @@ class PlayableEnvs(Protocol):
 
 
 def play(
-    policy: RecurrentPolicy,
+    policy: Policy,
     envs: PlayableEnvs,
     episodes: ArrayLike,
     theta: ArrayLike,
@@ -66,7 +66,7 @@ def play(
 
 @torch.inference_mode()
 def _play_at_once(
-    policy: RecurrentPolicy,
+    policy: Policy,
     envs: PlayableEnvs,
     episodes: NDArray[np.int64],
     theta: NDArray[np.float64],
@@ -76,20 +76,23 @@ def _play_at_once(
     filled = np.resize(episodes, count)  # the last agents play some once more; nobody looks
     envs.set_designs(np.arange(count), np.broadcast_to(theta, (count, *theta.shape)))
     observations, _ = envs.reset(seed=0, options={"episodes": filled})
-    device = next(policy.parameters()).device
+    device = policy.device
     state = policy.initial_state(count)
-    previous = torch.zeros(count, dtype=torch.int64, device=device)
+    previous = policy.initial_actions(count)
     starts = torch.ones(count, dtype=torch.bool, device=device)
     generators = [np.random.Generator(np.random.PCG64([key[0], key[1] + i])) for i in range(count)]
     waiting = np.arange(count) < playing
     result: Measures = {}
     while waiting.any():
-        inputs = {name: torch.from_numpy(np.ascontiguousarray(observations[name])).to(device) for name in policy.shapes}
+        inputs = {
+            name: torch.from_numpy(np.ascontiguousarray(observations[name])).to(device)
+            for name in policy.observation_specs
+        }
         output = policy.step(inputs, previous, starts, state)
         state = output.state
-        noise = np.stack([generator.uniform(1e-7, 1.0 - 1e-7, policy.actions) for generator in generators])
-        actions = sample_actions(output.logits, torch.from_numpy(noise.astype(np.float32)).to(device))
-        observations, _, terminated, truncated, info = envs.step(actions.cpu().numpy())
+        noise = np.stack([generator.uniform(1e-7, 1.0 - 1e-7, policy.head.noise_width) for generator in generators])
+        actions = output.distribution.sample(torch.from_numpy(noise.astype(np.float32)).to(device))
+        observations, _, terminated, truncated, info = envs.step(policy.head.for_environment(actions))
         ended = np.asarray(terminated) | np.asarray(truncated)
         previous, starts = actions, torch.from_numpy(ended).to(device)
         for name, values in info.get("final_info", {}).items() if (ended & waiting).any() else ():

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from prnav.design.play import Measures, play
 from prnav.env import EnvConfig, EpisodeSource, NavigationVectorEnv, load_source
 from prnav.files import write_text
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.sensors import Design, save_design
 from prnav.sim.world import Progress
 from prnav.train import RunFolder, TrainConfig, Trainer, load_policy
@@ -108,9 +108,7 @@ class Judge:
         write_text(done, json.dumps(told) + "\n")
         return measures
 
-    def judge(
-        self, policy: RecurrentPolicy, design: Design, theta: ArrayLike, env: EnvConfig | None = None
-    ) -> Measures:
+    def judge(self, policy: Policy, design: Design, theta: ArrayLike, env: EnvConfig | None = None) -> Measures:
         """Measures (S,) of a policy at theta (K, 7) around ``design``; a generalist at its design policy's mean."""
         source = self.questions()
         count = min(self.config.num_envs, len(source))
@@ -118,7 +116,7 @@ class Judge:
         envs = make_envs(count, settings, source)
         return play(policy, envs, np.arange(len(source)), theta, self.config.seed)
 
-    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> RecurrentPolicy:
+    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> Policy:
         path = folder.path / "design.toml"
         if not path.exists():
             save_design(design, path)

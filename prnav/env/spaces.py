@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
+from prnav.contracts import ObservationKind, ObservationSpec, ObservationSpecs
 from prnav.env.config import EnvConfig
 
 
@@ -35,3 +36,15 @@ def observation_space(config: EnvConfig, num_sensors: int) -> spaces.Dict:
     elif config.vision:
         boxes["photoreceptors"] = spaces.Box(0.0, 1.0, (num_sensors, config.grid**2, 3), np.float32)
     return spaces.Dict(boxes)
+
+
+KINDS: dict[str, ObservationKind] = {"photoreceptors": "receptors", "camera": "image", "design": "design"}
+"""Kinds of the observations that are no vectors."""
+
+
+def observation_specs(space: spaces.Dict) -> ObservationSpecs:
+    """Specs of a space that :func:`observation_space` made."""
+    return {
+        name: ObservationSpec(tuple(box.shape or ()), KINDS.get(name, "vector"), str(box.dtype))
+        for name, box in space.items()
+    }

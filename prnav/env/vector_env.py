@@ -11,11 +11,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.contracts import ActionSpec, DiscreteActions, ObservationSpecs
 from prnav.env.config import EnvConfig
 from prnav.env.episode_source import EpisodeSource, load_source
 from prnav.env.navigation_slots import NavigationSlots, Observations
 from prnav.env.order import EpisodeOrder
-from prnav.env.spaces import num_actions, observation_space
+from prnav.env.spaces import num_actions, observation_space, observation_specs
 from prnav.errors import ConfigError
 from prnav.sim import HOLD
 from prnav.sim.world import Progress
@@ -71,6 +72,16 @@ class NavigationVectorEnv(VectorEnv):
         self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
         self._next_theta: dict[int, NDArray[np.float64]] = {}
         self._observations: Observations = {}
+
+    @property
+    def observation_specs(self) -> ObservationSpecs:
+        """What one agent is shown, by name."""
+        return observation_specs(self.single_observation_space)
+
+    @property
+    def action_spec(self) -> ActionSpec:
+        """What one agent can do."""
+        return DiscreteActions(num_actions(self.config))
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -132,8 +143,8 @@ class NavigationVectorEnv(VectorEnv):
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
 
-    def get_state(self) -> dict[str, NDArray[Any]]:
-        """All arrays that :meth:`set_state` needs to go on exactly here."""
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """All arrays that :meth:`restore` needs to go on exactly here."""
         state = {**self.slots.get_state(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
         waiting = sorted(self._next_theta)
         state["next_theta_agents"] = np.array(waiting, np.int64)
@@ -141,8 +152,8 @@ class NavigationVectorEnv(VectorEnv):
         state["next_theta"] = np.array([self._next_theta[agent] for agent in waiting], np.float64).reshape(shape)
         return {name: value.copy() for name, value in state.items()}
 
-    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`get_state` was called; scenes, episodes and config must be the same."""
+    def restore(self, state: dict[str, NDArray[Any]]) -> None:
+        """Continue where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
         self.slots.set_state(state)
         self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
         self.order.drawn[:] = state["order_drawn"]
@@ -151,7 +162,7 @@ class NavigationVectorEnv(VectorEnv):
         self._observations = self.slots.observe()
 
     def observations(self) -> Observations:
-        """The observations that the last reset, step or :meth:`set_state` left, each (N, ...)."""
+        """The observations that the last reset, step or :meth:`restore` left, each (N, ...)."""
         return self._copy()
 
     def close_extras(self, **kwargs: Any) -> None:

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from prnav.cache import hash_arrays
 from prnav.config import config_hash
+from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.errors import CheckpointError
 from prnav.evaluate.agents import Turn
 from prnav.evaluate.benchmark import BENCHMARK
-from prnav.evaluate.sampling import sample_categorical, uniforms
-from prnav.policy import RecurrentPolicy, build_policy
+from prnav.evaluate.sampling import uniforms_of_width
+from prnav.policy import ActionDistribution, Policy, build_policy
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
 from prnav.train.run_folder import RunFolder
@@ -41,16 +42,16 @@ class TrainedRun:
 
     name: str
     config: TrainConfig
-    shapes: dict[str, tuple[int, ...]]
+    observation_specs: ObservationSpecs
     """Of the observations that the policy takes."""
-    actions: int
+    action_spec: ActionSpec
     weights: dict[str, NDArray[Any]]
     facts: dict[str, Any]
     """Where the weights come from: encoder, budget, seed, hashes of the weights and of the recipe."""
 
-    def build(self) -> RecurrentPolicy:
+    def build(self) -> Policy:
         """The policy, ready to act."""
-        policy = build_policy(self.config.policy, self.shapes, self.actions)
+        policy = build_policy(self.config.policy, self.observation_specs, self.action_spec)
         load_policy_weights(policy, self.weights, self.name)
         return policy.eval()
 
@@ -86,8 +87,8 @@ def load_run(directory: str | Path, warn: Callable[[str], None]) -> TrainedRun:
         "parameters": int(sum(value.size for value in weights.values())),
         "weights": hash_arrays(weights)[:16],
     }
-    shapes = {key: tuple(shape) for key, shape in policy.shapes.items()}
-    return TrainedRun(path.resolve().name, config, shapes, policy.actions, weights, facts)
+    name = path.resolve().name
+    return TrainedRun(name, config, policy.observation_specs, policy.action_spec, weights, facts)
 
 
 def recipe(config: TrainConfig) -> str:
@@ -109,11 +110,11 @@ def _facts(path: Path) -> dict[str, Any]:
 
 
 class PolicyAgent:
-    """Acts by a recurrent policy, greedily or by sampling with the episode's own random numbers."""
+    """Acts by a policy, greedily or by sampling with the episode's own random numbers."""
 
     def __init__(
         self,
-        policy: RecurrentPolicy,
+        policy: Policy,
         name: str,
         actions: ActionChoice,
         num_slots: int,
@@ -138,49 +139,50 @@ class PolicyAgent:
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # blocks are too small to share, and sums must not depend on the machine's cores
         blocks = -(-num_slots // BLOCK)
-        self._states = [policy.initial_state(BLOCK).to(self.device) for _ in range(blocks)]
-        self._previous = np.zeros(num_slots, dtype=np.int64)
+        self._states = [policy.initial_state(BLOCK) for _ in range(blocks)]
+        self._previous = policy.initial_actions(num_slots).cpu().numpy()
 
-    def act(self, turn: Turn) -> NDArray[np.int64]:
-        """Actions (N,).
+    def act(self, turn: Turn) -> NDArray[Any]:
+        """Actions (N,), or (N, D).
 
         Raises:
             CheckpointError: the policy's answer is not finite.
         """
-        probabilities = self._probabilities(turn)
-        lost = turn.active & ~np.isfinite(probabilities).all(axis=1)
+        distribution = self._distribution(turn)
+        lost = turn.active & ~np.isfinite(distribution.parameters.numpy()).all(axis=1)
         if lost.any():
             step = int(turn.steps[lost].min())
             raise CheckpointError(
                 f"policy {self.name}: its action probabilities are not finite at step {step} of an episode; "
                 "the weights are damaged: take an earlier checkpoint, or train again with a lower learning rate"
             )
+        head = self.policy.head
         if self.actions == "greedy":
-            actions = np.argmax(probabilities, axis=1).astype(np.int64)
+            actions = distribution.mode()
         else:
-            actions = sample_categorical(probabilities, uniforms(turn.keys, turn.steps))
-        self._previous = actions
-        return actions + self.first_action
+            actions = distribution.draw(uniforms_of_width(turn.keys, turn.steps, head.draw_width))
+        self._previous = actions.numpy()
+        return head.for_environment(actions) + self.first_action
 
     @torch.inference_mode()
-    def _probabilities(self, turn: Turn) -> NDArray[np.float64]:
-        """Action probabilities (N, A) in float64; forgets what came before in slots that start."""
+    def _distribution(self, turn: Turn) -> ActionDistribution:
+        """Of the actions, N of them, on the host; forgets what came before in slots that start."""
         count = len(turn.starts)
-        rows = []
+        rows: list[torch.Tensor | None] = []
         for block, state in enumerate(self._states):
             part = slice(block * BLOCK, min((block + 1) * BLOCK, count))
             if not turn.active[part].any():
-                rows.append(np.zeros((part.stop - part.start, self.policy.actions)))
+                rows.append(None)
                 continue
-            observations = {key: self._block(turn.observations[key][part]) for key in self.policy.shapes}
+            observations = {key: self._block(turn.observations[key][part]) for key in self.policy.observation_specs}
             step = self.policy.step(
                 observations, self._block(self._previous[part]), self._block(turn.starts[part]), state
             )
             self._states[block] = step.state
-            rows.append(step.logits[: part.stop - part.start].double().cpu().numpy())
-        logits = np.concatenate(rows)
-        weights = np.exp(logits - logits.max(axis=1, keepdims=True))
-        return weights / weights.sum(axis=1, keepdims=True)
+            rows.append(step.distribution.parameters.cpu())
+        idle = torch.zeros_like(next(row for row in rows if row is not None))
+        parameters = torch.cat([idle if row is None else row for row in rows])[:count]
+        return self.policy.head.distribution(parameters)
 
     def _block(self, values: NDArray[Any]) -> torch.Tensor:
         """The rows (n, ...) followed by zeros up to BLOCK, on the device."""

@@ -29,16 +29,7 @@ def uniforms(keys: ArrayLike, steps: ArrayLike) -> NDArray[np.float64]:
     return ((state ^ (state >> np.uint64(31))) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
-def sample_categorical(probabilities: ArrayLike, uniform: ArrayLike) -> NDArray[np.int64]:
-    """Action of each row by inverse transform.
-
-    Args:
-        probabilities: (N, A), not negative; rows need not sum to one exactly.
-        uniform: (N,) numbers in [0, 1).
-
-    Returns:
-        (N,) indices; an action of probability zero is never drawn.
-    """
-    cumulative = np.cumsum(np.asarray(probabilities, dtype=np.float64), axis=-1)
-    threshold = np.asarray(uniform, dtype=np.float64)[:, None] * cumulative[:, -1:]
-    return np.argmax(cumulative > threshold, axis=-1).astype(np.int64)
+def uniforms_of_width(keys: ArrayLike, steps: ArrayLike, width: int) -> NDArray[np.float64]:
+    """Uniform numbers in [0, 1), (N, W), W of them for each step; with W = 1 those of :func:`uniforms`."""
+    numbers = np.asarray(steps, dtype=np.uint64)[:, None] * np.uint64(width) + np.arange(width, dtype=np.uint64)
+    return uniforms(np.asarray(keys, dtype=np.uint64)[:, None], numbers)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from prnav.policy import RecurrentPolicy, sample_actions
+from prnav.contracts import BatchEnv
+from prnav.policy import Policy
 from prnav.train.rollout import as_tensor, final_measures
 
 SCORES = ("spl", "success", "reward")
@@ -16,7 +16,7 @@ SCORES = ("spl", "success", "reward")
 
 @torch.no_grad()
 def validate(
-    policy: RecurrentPolicy, envs: VectorEnv, seed: int, longest: int = 10_000
+    policy: Policy, envs: BatchEnv, seed: int, longest: int = 10_000
 ) -> tuple[dict[str, float], NDArray[np.float64] | None]:
     """Mean measures of one episode of each environment, acting as in training: by sampling, with fixed noise.
 
@@ -31,21 +31,21 @@ def validate(
     Returns:
         Mean measures, and where the first agent walked, (steps + 1, 3) [m], or None where environments do not say.
     """
-    device = policy.initial_state(1).device
+    device = policy.device
     generator = np.random.Generator(np.random.PCG64(seed))
     observations, _ = envs.reset(seed=seed, options={"episodes": np.arange(envs.num_envs)})
     count = envs.num_envs
     state = policy.initial_state(count)
     starts, playing = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
-    actions = torch.zeros(count, dtype=torch.int64, device=device)
+    actions = policy.initial_actions(count)
     measures: list[dict[str, float]] = []
     path = [_first_position(envs)]
     for _ in range(longest):
-        shown = {key: as_tensor(observations[key]).to(device) for key in policy.shapes}
+        shown = {key: as_tensor(observations[key]).to(device) for key in policy.observation_specs}
         output = policy.step(shown, actions, torch.from_numpy(starts).to(device), state)
-        noise = generator.random(tuple(output.logits.shape), dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
-        state, actions = output.state, sample_actions(output.logits, torch.from_numpy(noise).to(device))
-        observations, _, terminated, truncated, info = envs.step(actions.cpu().numpy())
+        noise = generator.random((count, policy.head.noise_width), dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
+        state, actions = output.state, output.distribution.sample(torch.from_numpy(noise).to(device))
+        observations, _, terminated, truncated, info = envs.step(policy.head.for_environment(actions))
         starts = terminated | truncated
         measures += final_measures(info, np.flatnonzero(starts & playing))
         playing &= ~starts
@@ -62,6 +62,6 @@ def score(measures: dict[str, float]) -> float:
     return next((measures[name] for name in SCORES if name in measures), float("-inf"))
 
 
-def _first_position(envs: VectorEnv) -> NDArray[np.float64] | None:
+def _first_position(envs: BatchEnv) -> NDArray[np.float64] | None:
     slots = getattr(envs, "slots", None)
     return None if slots is None else slots.positions[0].copy()

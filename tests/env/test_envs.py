@@ -84,7 +84,7 @@ def test_state_restores_to_the_bit(config, source, random_actions):
     first.set_designs([0, 2], theta)
     for _ in range(25):
         first.step(random_actions(3))
-    second.set_state(first.get_state())
+    second.restore(first.snapshot())
     for name, value in first.observations().items():
         np.testing.assert_array_equal(value, second.observations()[name])
     for _ in range(30):

@@ -9,6 +9,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from prnav.contracts import DiscreteActions, ObservationSpec
+
 CUES = 3
 
 
@@ -29,6 +31,18 @@ class CueEnv(VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.single_action_space = gymnasium.spaces.Discrete(CUES)
         self.action_space = batch_space(self.single_action_space, num_envs)
+
+    @property
+    def observation_specs(self):
+        return {
+            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
+            "design": ObservationSpec((1, 7), "design"),
+            "clock": ObservationSpec((1,), "vector"),
+        }
+
+    @property
+    def action_spec(self):
+        return DiscreteActions(CUES)
 
     def reset(self, *, seed=None, options=None):
         self.generator = np.random.Generator(np.random.PCG64(seed))
@@ -56,11 +70,11 @@ class CueEnv(VectorEnv):
     def expert_actions(self):
         return self.cue.astype(np.int64)
 
-    def get_state(self):
+    def snapshot(self):
         state = self.generator.bit_generator.state
         return {"cue": self.cue.copy(), "time": self.time.copy(), "generator": state}
 
-    def set_state(self, state):
+    def restore(self, state):
         self.cue, self.time = state["cue"].copy(), state["time"].copy()
         self.generator.bit_generator.state = state["generator"]
 
