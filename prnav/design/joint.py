@@ -140,7 +140,7 @@ class JointTrainer(Trainer):
         if now.control:
             losses = super().update(phase)
         else:
-            losses = {"entropy": float(np.log(self.designed.policy.std).mean())}
+            losses = {"design_log_std": float(np.log(self.designed.policy.std).mean())}
         if not now.design:
             self.designed.clear()
         elif now.design == "update":

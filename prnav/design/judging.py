@@ -12,12 +12,12 @@ from prnav.contracts import Designable, EpisodeSlots
 from prnav.errors import ConfigError
 from prnav.play import Outcomes, play
 from prnav.play.policy_agent import PolicyAgent
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 
 Measures = dict[str, NDArray[np.float64]]
 
 
-def play_design(policy: RecurrentPolicy, slots: EpisodeSlots, theta: ArrayLike, seed: int = 0) -> Measures:
+def play_design(policy: Policy, slots: EpisodeSlots, theta: ArrayLike, seed: int = 0) -> Measures:
     """Measures of each episode of ``slots`` played once by sampled actions, each (E,) float64.
 
     The random numbers of an episode belong to it and the seed, whatever else is played.

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from prnav.contracts import MEASURES, Progress, TaskConfig, World
 from prnav.design.judging import Measures, play_design
 from prnav.files import write_text
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.sensors import Design, save_design
 from prnav.train import RunFolder, TrainConfig, Trainer, load_policy
 
@@ -116,16 +116,14 @@ class Judge:
         write_text(done, json.dumps(told) + "\n")
         return measures
 
-    def judge(
-        self, policy: RecurrentPolicy, design: Design, theta: ArrayLike, env: TaskConfig | None = None
-    ) -> Measures:
+    def judge(self, policy: Policy, design: Design, theta: ArrayLike, env: TaskConfig | None = None) -> Measures:
         """Measures (S,) of a policy at theta (K, 7) around ``design``; a generalist at its design policy's mean."""
         spec = self.train.spec
         settings = spec.held_out(self.train.env if env is None else env, self.config.split)
         slots = spec.make_slots(settings, self.questions(), self.config.num_envs)
         return play_design(policy, slots, theta, self.config.seed)
 
-    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> RecurrentPolicy:
+    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> Policy:
         path = folder.path / "design.toml"
         if not path.exists():
             save_design(design, path)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from prnav.cache import hash_arrays
 from prnav.catalog import task_spec
 from prnav.config import config_hash
+from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.errors import CheckpointError
-from prnav.policy import RecurrentPolicy, build_policy
+from prnav.policy import Policy, build_policy
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
 from prnav.train.run_folder import RunFolder
@@ -28,16 +29,16 @@ class TrainedRun:
 
     name: str
     config: TrainConfig
-    shapes: dict[str, tuple[int, ...]]
+    observation_specs: ObservationSpecs
     """Of the observations that the policy takes."""
-    actions: int
+    action_spec: ActionSpec
     weights: dict[str, NDArray[Any]]
     facts: dict[str, Any]
     """Where the weights come from: encoder, budget, seed, hashes of the weights and of the recipe."""
 
-    def build(self) -> RecurrentPolicy:
+    def build(self) -> Policy:
         """The policy, ready to act."""
-        policy = build_policy(self.config.policy, self.shapes, self.actions)
+        policy = build_policy(self.config.policy, self.observation_specs, self.action_spec)
         load_policy_weights(policy, self.weights, self.name)
         return policy.eval()
 
@@ -74,8 +75,8 @@ def load_run(directory: str | Path, warn: Callable[[str], None]) -> TrainedRun:
         "parameters": int(sum(value.size for value in weights.values())),
         "weights": hash_arrays(weights)[:16],
     }
-    shapes = {key: tuple(shape) for key, shape in policy.shapes.items()}
-    return TrainedRun(path.resolve().name, config, shapes, policy.actions, weights, facts)
+    name = path.resolve().name
+    return TrainedRun(name, config, policy.observation_specs, policy.action_spec, weights, facts)
 
 
 def recipe(config: TrainConfig) -> str:

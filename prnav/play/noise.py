@@ -26,14 +26,7 @@ def uniforms(keys: ArrayLike, steps: ArrayLike) -> NDArray[np.float64]:
     return unit_interval(splitmix64(np.asarray(keys, np.uint64), np.asarray(steps, np.uint64)))
 
 
-def noise_rows(keys: ArrayLike, steps: ArrayLike, width: int) -> NDArray[np.float32]:
-    """Rows (N, width) of uniform numbers strictly between 0 and 1, as action distributions are sampled with.
-
-    Args:
-        keys: of the episodes, (N,) uint64.
-        steps: taken so far, (N,).
-        width: numbers that one action takes.
-    """
-    start = splitmix64(np.asarray(keys, np.uint64), np.asarray(steps, np.uint64))
-    drawn = unit_interval(splitmix64(start[:, None], np.arange(width, dtype=np.uint64)))
-    return drawn.astype(np.float32).clip(1e-7, 1.0 - 1e-7)
+def uniforms_of_width(keys: ArrayLike, steps: ArrayLike, width: int) -> NDArray[np.float64]:
+    """Uniform numbers in [0, 1), (N, W), W of them for each step; with W = 1 those of :func:`uniforms`."""
+    numbers = np.asarray(steps, dtype=np.uint64)[:, None] * np.uint64(width) + np.arange(width, dtype=np.uint64)
+    return uniforms(np.asarray(keys, dtype=np.uint64)[:, None], numbers)

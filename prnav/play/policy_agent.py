@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from prnav.contracts.agents import Turn
 from prnav.errors import CheckpointError
-from prnav.play.noise import noise_rows
-from prnav.policy import RecurrentPolicy, sample_actions
+from prnav.play.noise import uniforms_of_width
+from prnav.policy import ActionDistribution, Policy
 
 BLOCK = 32
 """Rows of a forward pass."""
@@ -28,7 +28,7 @@ class PolicyAgent:
 
     def __init__(
         self,
-        policy: RecurrentPolicy,
+        policy: Policy,
         name: str,
         actions: ActionChoice,
         num_slots: int,
@@ -45,49 +45,58 @@ class PolicyAgent:
         """
         self.name = name
         self.actions = actions
-        self.device = next(policy.parameters()).device if device is None else torch.device(device)
+        self.device = policy.device if device is None else torch.device(device)
         self.policy = policy.to(self.device)
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # blocks are too small to share, and sums must not depend on the machine's cores
         blocks = -(-num_slots // BLOCK)
         self._states = [policy.initial_state(BLOCK) for _ in range(blocks)]
-        self._previous = np.zeros(num_slots, dtype=np.int64)
+        self._previous = policy.initial_actions(num_slots).cpu().numpy()
 
-    @torch.inference_mode()
     def act(self, turn: Turn) -> NDArray[Any]:
-        """Actions as the policy's action spec has them.
+        """Actions (N,), or (N, D), as the policy's action spec has them.
 
         Raises:
             CheckpointError: the policy's answer is not finite.
         """
-        count = len(turn.starts)
-        noise = noise_rows(turn.keys, turn.steps, self.policy.actions)
-        actions = np.zeros_like(self._previous)
-        for block in range(len(self._states)):
-            part = slice(block * BLOCK, min((block + 1) * BLOCK, count))
-            if turn.active[part].any():
-                actions[part] = self._act(turn, block, part, noise[part])
-        self._previous = actions
-        return actions
-
-    def _act(self, turn: Turn, block: int, part: slice, noise: NDArray[np.float32]) -> NDArray[Any]:
-        observations = {key: self._block(turn.observations[key][part]) for key in self.policy.shapes}
-        previous, starts = self._block(self._previous[part]), self._block(turn.starts[part])
-        step = self.policy.step(observations, previous, starts, self._states[block])
-        self._states[block] = step.state
-        rows = part.stop - part.start
-        lost = turn.active[part] & ~np.isfinite(step.logits[:rows].cpu().numpy()).all(axis=1)
+        distribution = self._distribution(turn)
+        lost = turn.active & ~np.isfinite(distribution.parameters.numpy()).all(axis=1)
         if lost.any():
+            step = int(turn.steps[lost].min())
             raise CheckpointError(
-                f"policy {self.name}: its action probabilities are not finite at step "
-                f"{int(turn.steps[part][lost].min())} of an episode; the weights are damaged: take an earlier "
-                f"checkpoint, or train again with a lower learning rate"
+                f"policy {self.name}: its action probabilities are not finite at step {step} of an episode; "
+                "the weights are damaged: take an earlier checkpoint, or train again with a lower learning rate"
             )
-        drawn = None if self.actions == "greedy" else self._block(noise, fill=0.5)
-        return sample_actions(step.logits, drawn)[:rows].cpu().numpy()
+        head = self.policy.head
+        if self.actions == "greedy":
+            actions = distribution.mode()
+        else:
+            actions = distribution.draw(uniforms_of_width(turn.keys, turn.steps, head.draw_width))
+        self._previous = actions.numpy()
+        return head.for_environment(actions)
 
-    def _block(self, values: NDArray[Any], fill: float = 0.0) -> torch.Tensor:
-        """The rows (n, ...) followed by ``fill`` up to BLOCK, on the device."""
-        filled = np.full((BLOCK, *values.shape[1:]), fill, dtype=values.dtype)
+    @torch.inference_mode()
+    def _distribution(self, turn: Turn) -> ActionDistribution:
+        """Of the actions, N of them, on the host; forgets what came before in slots that start."""
+        count = len(turn.starts)
+        rows: list[torch.Tensor | None] = []
+        for block, state in enumerate(self._states):
+            part = slice(block * BLOCK, min((block + 1) * BLOCK, count))
+            if not turn.active[part].any():
+                rows.append(None)
+                continue
+            observations = {key: self._block(turn.observations[key][part]) for key in self.policy.observation_specs}
+            step = self.policy.step(
+                observations, self._block(self._previous[part]), self._block(turn.starts[part]), state
+            )
+            self._states[block] = step.state
+            rows.append(step.distribution.parameters.cpu())
+        idle = torch.zeros_like(next(row for row in rows if row is not None))
+        parameters = torch.cat([idle if row is None else row for row in rows])[:count]
+        return self.policy.head.distribution(parameters)
+
+    def _block(self, values: NDArray[Any]) -> torch.Tensor:
+        """The rows (n, ...) followed by zeros up to BLOCK, on the device."""
+        filled = np.zeros((BLOCK, *values.shape[1:]), dtype=values.dtype)
         filled[: len(values)] = values
         return torch.from_numpy(filled).to(self.device)

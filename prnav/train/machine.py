@@ -1,12 +1,11 @@
-"""What a run finds: the device, the precision of its products, the types of observations."""
+"""What a run finds: the device, and the precision of its products."""
 
 from __future__ import annotations
 
 import torch
 
-from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.train.config import TrainConfig
 
 
@@ -29,14 +28,9 @@ def choose_device(name: str, index: int = 0) -> torch.device:
     return torch.device("cuda", index) if index else torch.device("cuda")
 
 
-def set_precision(policy: RecurrentPolicy, config: TrainConfig) -> None:
+def set_precision(policy: Policy, config: TrainConfig) -> None:
     """Let the policy compute as ``config.precision`` and ``config.compile`` say; parameters stay float32."""
     torch.set_float32_matmul_precision("highest" if config.precision == "float32" else "high")
     policy.encoder_type = torch.bfloat16 if config.precision == "bfloat16" else None
     if config.compile:
         policy.encoder.compile()
-
-
-def types_of(specs: ObservationSpecs) -> dict[str, torch.dtype]:
-    """Types of the observations as tensors."""
-    return {key: {"uint8": torch.uint8, "float32": torch.float32}[spec.dtype] for key, spec in specs.items()}

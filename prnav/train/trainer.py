@@ -17,9 +17,9 @@ import numpy as np
 import torch
 
 from prnav.config import config_hash
-from prnav.contracts import BatchEnv, DiscreteActions
+from prnav.contracts import BatchEnv, ObservationSpecs
 from prnav.errors import CheckpointError, PrnavError
-from prnav.policy import RecurrentPolicy, build_policy
+from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
 from prnav.train.config import TrainConfig
@@ -27,11 +27,12 @@ from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
-from prnav.train.machine import choose_device, set_precision, types_of
+from prnav.train.machine import choose_device, set_precision
 from prnav.train.rollout import Rollout
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
+from prnav.train.stored_specs import specs_of, stored_specs
 from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
 
@@ -76,21 +77,19 @@ class Trainer:
         self.threads = (config.threads or cores) if self.device.type == "cpu" else 1
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
-        specs, actions = groups[0].observation_specs, groups[0].action_spec
-        assert isinstance(actions, DiscreteActions)
-        shapes = {key: spec.shape for key, spec in specs.items()}
-        self.policy = build_policy(config.policy, shapes, actions.n, config.seed).to(self.device)
+        specs = groups[0].observation_specs
+        self.policy = build_policy(config.policy, specs, groups[0].action_spec, config.seed).to(self.device)
         set_precision(self.policy, config)
         self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
         self.crew = Crew(groups, self.policy, config.seed, self.threads, self.workers.rank)
-        self.storage = Rollout(config.ppo.rollout_steps, self.crew.environments, self.policy, types_of(specs))
+        self.storage = Rollout(config.ppo.rollout_steps, self.crew.environments, self.policy)
         self.rollout = self.storage
         self.step = self.updates = self.episodes = self.saved_step = self.validated_step = 0
         self.seconds = 0.0
         self.recent: deque[dict[str, float]] = deque(maxlen=config.window)
         self.best: dict[str, float] = {}
-        self.sanity = Sanity(actions.n)
-        self._facts = self._describe(shapes, actions.n, data or {})
+        self.sanity = Sanity(self.policy.head)
+        self._facts = self._describe(specs, data or {})
         self._load_validation = validation
         self._validation: Validation | None = None
 
@@ -185,7 +184,7 @@ class Trainer:
                 self.rollout,
                 partial(ppo.ppo_loss, config=config),
                 config.epochs,
-                config.mini_batches,
+                config.parts(self.crew.environments),
                 rate,
                 config.max_grad_norm,
             )
@@ -314,8 +313,7 @@ class Trainer:
         return {
             "version": __version__,
             "config_hash": config_hash(self.config),
-            "shapes": self.policy.shapes,
-            "actions": self.policy.actions,
+            **stored_specs(self.policy.observation_specs, self.policy.action_spec),
             "policy": self.policy.state_dict(),
             "counters": {"step": self.step, "updates": self.updates, "episodes": self.episodes},
         }
@@ -367,7 +365,7 @@ class Trainer:
 
         return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
 
-    def _describe(self, shapes: Mapping[str, tuple[int, ...]], actions: int, data: Mapping[str, Any]) -> Row:
+    def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
         return {
             "prnav": __version__,
@@ -384,8 +382,8 @@ class Trainer:
             if imitation.steps
             else "none",
             "agent": self.config.policy.encoder,
-            "observations": {key: list(shape) for key, shape in shapes.items()},
-            "actions": actions,
+            "observations": {name: list(spec.shape) for name, spec in specs.items()},
+            "actions": self.policy.head.size,
             "parameters": sum(parameter.numel() for parameter in self.policy.parameters()),
             "data": dict(data),
         }
@@ -393,7 +391,7 @@ class Trainer:
 
 def load_policy(
     folder: RunFolder, warn: Callable[[str], None] = lambda text: None, best: bool = False
-) -> tuple[RecurrentPolicy, Row]:
+) -> tuple[Policy, Row]:
     """The policy of a run's last checkpoint, ready to act, and its counters ("step", "updates", "episodes").
 
     Args:
@@ -406,9 +404,8 @@ def load_policy(
     """
     config = folder.load_config()
 
-    def use(tree: dict[str, Any]) -> tuple[RecurrentPolicy, Row]:
-        shapes = {key: tuple(shape) for key, shape in tree["shapes"].items()}
-        policy = build_policy(config.policy, shapes, tree["actions"])
+    def use(tree: dict[str, Any]) -> tuple[Policy, Row]:
+        policy = build_policy(config.policy, *specs_of(tree))
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
 

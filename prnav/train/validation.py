@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from prnav.contracts import EpisodeSlots, Played, Trace
 from prnav.play import Observer, Outcomes, TraceRecorder, play
 from prnav.play.policy_agent import PolicyAgent
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 
 SCORES = ("spl", "success", "reward")
 """Measures by which policies are ranked: the first one that the task has."""
@@ -26,9 +26,7 @@ class Validation:
     """Draws the first episode (H, W, 3) for TensorBoard."""
 
 
-def validate(
-    policy: RecurrentPolicy, validation: Validation, seed: int
-) -> tuple[dict[str, float], NDArray[np.uint8] | None]:
+def validate(policy: Policy, validation: Validation, seed: int) -> tuple[dict[str, float], NDArray[np.uint8] | None]:
     """Mean measures over all episodes, acting as in training: by sampling, with each episode's own noise.
 
     Args:

@@ -37,8 +37,8 @@ class SlowEnv(CueEnv):
 def gradients(workers, columns: slice) -> list[torch.Tensor]:
     """Gradients of one PPO step on some columns of a rollout that every worker can make."""
     envs = CueEnv(8, length=4)
-    shapes = {key: space.shape for key, space in envs.single_observation_space.items()}
-    policy = build_policy(PolicyConfig(encoder="compact", width=16, lstm_hidden=16), shapes, 3)
+    config = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
+    policy = build_policy(config, envs.observation_specs, envs.action_spec)
     rollout, _ = Crew([envs], policy, seed=0, threads=1).collect(Rollout(12, 8, policy))
     generator = torch.Generator().manual_seed(0)
     rollout["advantages"] = torch.randn(12, 8, generator=generator)
