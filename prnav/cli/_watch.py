@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
+from prnav.contracts import BatchEnv
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 Show = Callable[[dict[str, Any]], None]
 
 
-def validation_environments(config: TrainConfig) -> VectorEnv:
+def validation_environments(config: TrainConfig) -> BatchEnv:
     """One environment for each of the first episodes of the val split, dealt evenly over its homes.
 
     Episodes of the user's own come from their val split where they are a folder, else the built-in ones are played.
     """
-    from prnav.env import NavigationVectorEnv, load_source
+    from prnav.domains.navigation.env import NavigationVectorEnv, load_source
 
     own = config.env.episodes is not None and config.env.episode_split is not None
     settings = (
@@ -36,14 +36,14 @@ def validation_environments(config: TrainConfig) -> VectorEnv:
     return NavigationVectorEnv(len(source), settings, source)
 
 
-def draw_validation(envs: VectorEnv, path: NDArray[np.float64]) -> NDArray[np.uint8]:
+def draw_validation(envs: BatchEnv, path: NDArray[np.float64]) -> NDArray[np.uint8]:
     """The first agent's path (steps + 1, 3) [m] on its home's floor, as a picture (H, W, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    from prnav.domains.navigation.maps import floor_of, make_maps
+    from prnav.domains.navigation.pictures.topdown import draw_floor, draw_trajectory
     from prnav.evaluate.evaluator import Trajectory
-    from prnav.evaluate.maps import floor_of, make_maps
-    from prnav.report.topdown import draw_floor, draw_trajectory
 
     source = envs.slots.source  # type: ignore[attr-defined]
     scene, (start, goal) = source.scene_index[0], (source.starts[0], source.goals[0])

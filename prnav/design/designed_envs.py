@@ -7,7 +7,7 @@ depend on the seed, on i and on the policy alone. N agents, K sensors, n free co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,8 +31,16 @@ class DesignableEnvs(Protocol):
     single_observation_space: Any
     action_space: Any
     single_action_space: Any
-    observation_specs: ObservationSpecs
-    action_spec: ActionSpec
+
+    @property
+    def observation_specs(self) -> ObservationSpecs:
+        """What one agent is shown, by name."""
+        ...
+
+    @property
+    def action_spec(self) -> ActionSpec:
+        """What one agent can do."""
+        ...
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
@@ -107,7 +115,7 @@ class DesignedVectorEnv(VectorEnv):
         return facts
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode with a new design in each agent."""
         everyone = np.arange(self.num_envs)

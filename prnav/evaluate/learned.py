@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from prnav.cache import hash_arrays
 from prnav.config import config_hash
 from prnav.contracts import ActionSpec, ObservationSpecs
+from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.errors import CheckpointError
 from prnav.evaluate.agents import Turn
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.sampling import uniforms_of_width
 from prnav.policy import ActionDistribution, Policy, build_policy
 from prnav.train.checkpoint import load_policy_weights
