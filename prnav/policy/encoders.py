@@ -164,8 +164,8 @@ class TransformerBlock(nn.Module):
 class TokenTransformer(nn.Module):
     """Tokens of what is seen, after a readout token and tokens of the vectors; the encoding is the readout's output.
 
-    The vectors, such as GPS and compass, make one token, the goal, where the task has one, another. What the last layer makes of all other
-    tokens than the readout is never asked for, and not computed.
+    The goal, where the task has one, makes a token, all other vectors, such as GPS and compass, another. What the last
+    layer makes of all other tokens than the readout is never asked for, and not computed.
     """
 
     def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,6 +47,11 @@ class Part:
     weight: float
     """Share of the mini-batch."""
 
+    @property
+    def size(self) -> int:
+        """M."""
+        return self.arrays["starts"].numel()
+
 
 Units = NDArray[np.int64]
 
@@ -78,12 +82,12 @@ class Learner:
             group["lr"] = learning_rate
         history: list[dict[str, Tensor]] = []
         cutter = self.policy.cutter(rollout["starts"])
-        jobs: list[Callable[[], Part]] = []
+        parts: list[Part] = []
         for _ in range(epochs):
             for units in self._split(cutter.units, mini_batches):
-                if mini_batches > 1 or not jobs:
-                    jobs = self._jobs(rollout, cutter, units, keep=mini_batches == 1)
-                history.append(self._step(jobs, loss, max_grad_norm))
+                if mini_batches > 1 or not parts:
+                    parts = self._gather(rollout, cutter, units)
+                history.append(self._step(parts, loss, max_grad_norm))
         return {name: float(torch.stack([row[name] for row in history]).mean()) for name in history[0]}
 
     def _split(self, units: int, mini_batches: int) -> list[Units]:
@@ -93,31 +97,29 @@ class Learner:
             numbers = self.generator.permutation(numbers)
         return np.array_split(numbers, min(mini_batches, units))
 
-    def _jobs(self, rollout: Rollout, cutter: Cutter, units: Units, keep: bool) -> list[Callable[[], Part]]:
-        """What gathers the part of each thread, when called; with ``keep`` they are gathered now, to be used again."""
+    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[Part]:
+        """A mini-batch, one part for each thread."""
         shares = [share for share in np.array_split(units, self.threads) if len(share)]
-        jobs = [partial(_part, rollout, cutter, self.policy, share, len(share) / len(units)) for share in shares]
-        return [partial(_same, job()) for job in jobs] if keep else list(jobs)
+        return [_part(rollout, cutter, self.policy, share, len(share) / len(units)) for share in shares]
 
-    def _step(self, jobs: list[Callable[[], Part]], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
-        def gradients(job: Callable[[], Part]) -> tuple[tuple[Tensor, ...], dict[str, Tensor], Part]:
-            part = job()
+    def _step(self, parts: list[Part], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
+        def gradients(part: Part) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
             distribution, values = self.policy.evaluate(
                 part.observations, part.previous_actions, part.starts, part.state, part.plan
             )
             total, losses = loss(distribution, values, part.arrays)
-            return torch.autograd.grad(part.weight * total, self.parameters), losses, part
+            return torch.autograd.grad(part.weight * total, self.parameters), losses
 
-        results = list(self._pool.map(gradients, jobs)) if self._pool else [gradients(job) for job in jobs]
-        parts = [part for _, _, part in results]
-        summed = [sum(row[1:], row[0]) for row in zip(*(gradient for gradient, _, _ in results), strict=True)]
-        size = sum(len(part.arrays["starts"]) for part in parts)
+        results = list(self._pool.map(gradients, parts)) if self._pool else [gradients(part) for part in parts]
+        summed = [sum(row[1:], row[0]) for row in zip(*(result[0] for result in results), strict=True)]
+        size = sum(part.size for part in parts)
         for parameter, gradient in zip(self.parameters, self.workers.average(summed, size), strict=True):
             parameter.grad = gradient
         norm = torch.nn.utils.clip_grad_norm_(self.parameters, max_grad_norm)
         self.optimizer.step()
         means = {
-            name: sum((part.weight * losses[name] for _, losses, part in results), norm * 0) for name in results[0][1]
+            name: sum((part.weight * losses[name] for part, (_, losses) in zip(parts, results, strict=True)), norm * 0)
+            for name in results[0][1]
         }
         return {**means, "grad_norm": norm}
 
@@ -134,10 +136,6 @@ class Learner:
         }
         self.optimizer.load_state_dict(optimizer)
         self.generator.bit_generator.state = state["generator"]
-
-
-def _same(part: Part) -> Part:
-    return part
 
 
 def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> Part:

@@ -166,7 +166,7 @@ class Collector:
         previous_actions: Tensor,
         starts: NDArray[np.bool_] | None = None,
     ) -> Tensor:
-        """Value of one more step in the environments ``rows``, without taking it; all environments' actions are given."""
+        """Value of one more step in the environments ``rows`` (n,), without taking it; actions are those of all N."""
         device = self.policy.device
         which = torch.from_numpy(rows).to(device)
         output = self.policy.step(

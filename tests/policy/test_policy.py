@@ -72,8 +72,8 @@ def test_only_the_blind_agent_ignores_its_readings_and_design(encoder):
 def test_missing_readings_are_an_error_that_names_the_remedy():
     with pytest.raises(
         ConfigError,
-        match="'compact' needs one observation of photoreceptor readings and one of their design; the environment gives "
-        r"gps \(vector\); use encoder 'blind'",
+        match="'compact' needs one observation of photoreceptor readings and one of their design; "
+        r"the environment gives gps \(vector\); use encoder 'blind'",
     ):
         build_policy(config("compact"), specs({"gps": (2,)}), FOUR)
     with pytest.raises(ConfigError, match="the environment gives nothing"):

@@ -33,9 +33,10 @@ CLOSE = 0.1
 
 
 def standard_normal(uniforms: Tensor) -> Tensor:
-    """Standard normal numbers of the shape and type of uniform ones in [0, 1]: the inverse of the distribution function.
+    """Standard normal numbers from uniform ones in [0, 1], of their shape and type.
 
-    In float64, since float32 cannot tell numbers near 1 apart; within 5.2 standard deviations.
+    By the inverse of the distribution function in float64, since float32 cannot tell numbers near 1 apart; within 5.2
+    standard deviations.
     """
     kept = uniforms.double().clamp(SMALLEST_UNIFORM, 1.0 - SMALLEST_UNIFORM)
     return torch.special.ndtri(kept).to(uniforms.dtype)
@@ -122,17 +123,17 @@ class GaussianActor(nn.Module):
 class PreviousVector(nn.Module):
     """The previous action as the environment took it, in units of the box; zeros at the start of an episode."""
 
-    middle: Tensor
-    half: Tensor
+    centre: Tensor
+    scale: Tensor
 
     def __init__(self, middle: Tensor, half: Tensor) -> None:
         super().__init__()
-        self.register_buffer("middle", middle, persistent=False)
-        self.register_buffer("half", half, persistent=False)
+        self.register_buffer("centre", middle, persistent=False)
+        self.register_buffer("scale", half, persistent=False)
 
     def forward(self, actions: Tensor, starts: Tensor) -> Tensor:
         """Features (B, D) in [-1, 1] of actions (B, D)."""
-        return ((actions - self.middle) / self.half).clamp(-1.0, 1.0).masked_fill(starts[..., None], 0.0)
+        return ((actions - self.centre) / self.scale).clamp(-1.0, 1.0).masked_fill(starts[..., None], 0.0)
 
 
 class GaussianHead(ActionHead):
