@@ -21,12 +21,6 @@ class CueEnv(VectorEnv):
 
     def __init__(self, num_envs: int = 8, length: int = 3, cut: bool = False) -> None:
         self.num_envs, self.length, self.cut = num_envs, length, cut
-        self.action_spec = DiscreteActions(CUES)
-        self.observation_specs = {
-            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
-            "design": ObservationSpec((1, 7), "design"),
-            "clock": ObservationSpec((1,), "vector"),
-        }
         self.single_observation_space = gymnasium.spaces.Dict(
             {
                 "photoreceptors": gymnasium.spaces.Box(0, 1, (1, 1, 3), np.float32),
