@@ -1,8 +1,4 @@
-"""A trained policy as an agent.
-
-Forward passes always have the same batch shape: slots are dealt to blocks of :data:`BLOCK` rows, the last one filled
-up. A row's answer then does not depend on how many slots there are, which is what makes an episode's result its own.
-"""
+"""The policy of a run, as arrays that any process can build it from, and what it was trained on."""
 
 from __future__ import annotations
 
@@ -11,29 +7,20 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from prnav.cache import hash_arrays
+from prnav.catalog import task_spec
 from prnav.config import config_hash
 from prnav.contracts import ActionSpec, ObservationSpecs
-from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.errors import CheckpointError
-from prnav.evaluate.agents import Turn
-from prnav.evaluate.sampling import uniforms_of_width
-from prnav.policy import ActionDistribution, Policy, build_policy
+from prnav.policy import Policy, build_policy
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
 from prnav.train.run_folder import RunFolder
 from prnav.train.trainer import load_policy
-
-BLOCK = 32
-"""Rows of a forward pass."""
-
-ActionChoice = Literal["greedy", "sampled"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +58,10 @@ def load_run(directory: str | Path, warn: Callable[[str], None]) -> TrainedRun:
     config = folder.load_config()
     told = _facts(folder.facts_path)
     made_for = told.get("benchmark")
-    if made_for is not None and made_for != BENCHMARK:
+    current = task_spec(config.task).evaluation.current_benchmark(made_for) if isinstance(made_for, str) else made_for
+    if made_for != current:
         raise CheckpointError(
-            f"run {directory}: it was trained for benchmark {made_for}, and this version of prnav has {BENCHMARK}; "
+            f"run {directory}: it was trained for benchmark {made_for}, and this version of prnav has {current}; "
             f"evaluate it with prnav {told.get('prnav', 'as it was then')}, or train it again"
         )
     policy, counters = load_policy(folder, warn)
@@ -107,85 +95,3 @@ def _facts(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{path}: cannot be read ({error}); restore it or delete it") from error
     return {**facts, **facts.get("data", {})} if isinstance(facts, dict) else {}
-
-
-class PolicyAgent:
-    """Acts by a policy, greedily or by sampling with the episode's own random numbers."""
-
-    def __init__(
-        self,
-        policy: Policy,
-        name: str,
-        actions: ActionChoice,
-        num_slots: int,
-        device: torch.device | str = "cpu",
-        first_action: int = 0,
-    ) -> None:
-        """Agent for ``num_slots`` slots.
-
-        Args:
-            policy: what acts; moved to ``device``.
-            name: in records and tables.
-            actions: how it chooses.
-            num_slots: N.
-            device: where it runs.
-            first_action: the simulator's number of the policy's action 0.
-        """
-        self.name = name
-        self.actions = actions
-        self.first_action = first_action
-        self.device = torch.device(device)
-        self.policy = policy.to(self.device).eval()
-        if self.device.type == "cpu":
-            torch.set_num_threads(1)  # blocks are too small to share, and sums must not depend on the machine's cores
-        blocks = -(-num_slots // BLOCK)
-        self._states = [policy.initial_state(BLOCK) for _ in range(blocks)]
-        self._previous = policy.initial_actions(num_slots).cpu().numpy()
-
-    def act(self, turn: Turn) -> NDArray[Any]:
-        """Actions (N,), or (N, D).
-
-        Raises:
-            CheckpointError: the policy's answer is not finite.
-        """
-        distribution = self._distribution(turn)
-        lost = turn.active & ~np.isfinite(distribution.parameters.numpy()).all(axis=1)
-        if lost.any():
-            step = int(turn.steps[lost].min())
-            raise CheckpointError(
-                f"policy {self.name}: its action probabilities are not finite at step {step} of an episode; "
-                "the weights are damaged: take an earlier checkpoint, or train again with a lower learning rate"
-            )
-        head = self.policy.head
-        if self.actions == "greedy":
-            actions = distribution.mode()
-        else:
-            actions = distribution.draw(uniforms_of_width(turn.keys, turn.steps, head.draw_width))
-        self._previous = actions.numpy()
-        return head.for_environment(actions) + self.first_action
-
-    @torch.inference_mode()
-    def _distribution(self, turn: Turn) -> ActionDistribution:
-        """Of the actions, N of them, on the host; forgets what came before in slots that start."""
-        count = len(turn.starts)
-        rows: list[torch.Tensor | None] = []
-        for block, state in enumerate(self._states):
-            part = slice(block * BLOCK, min((block + 1) * BLOCK, count))
-            if not turn.active[part].any():
-                rows.append(None)
-                continue
-            observations = {key: self._block(turn.observations[key][part]) for key in self.policy.observation_specs}
-            step = self.policy.step(
-                observations, self._block(self._previous[part]), self._block(turn.starts[part]), state
-            )
-            self._states[block] = step.state
-            rows.append(step.distribution.parameters.cpu())
-        idle = torch.zeros_like(next(row for row in rows if row is not None))
-        parameters = torch.cat([idle if row is None else row for row in rows])[:count]
-        return self.policy.head.distribution(parameters)
-
-    def _block(self, values: NDArray[Any]) -> torch.Tensor:
-        """The rows (n, ...) followed by zeros up to BLOCK, on the device."""
-        filled = np.zeros((BLOCK, *values.shape[1:]), dtype=values.dtype)
-        filled[: len(values)] = values
-        return torch.from_numpy(filled).to(self.device)

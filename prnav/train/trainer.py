@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from prnav.config import config_hash
 from prnav.contracts import BatchEnv, ObservationSpecs
@@ -34,18 +33,17 @@ from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
 from prnav.train.stored_specs import specs_of, stored_specs
-from prnav.train.validation import score, validate
+from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
 
 Row = dict[str, Any]
-Picture = Callable[[BatchEnv, NDArray[np.float64]], NDArray[np.uint8]]
-"""(environments, where the first agent walked (steps, 3)) -> picture (H, W, 3)."""
 
 
 class Trainer:
     """Trains a policy in batches of environments that restart in the same step, and keeps its run directory.
 
-    For a warm start, the environments must have an expert (:class:`prnav.contracts.HasExpert`).
+    :meth:`begin` starts the run or resumes it, :meth:`train` does the work. For a warm start the environments have an
+    oracle (:class:`prnav.contracts.HasExpert`).
     """
 
     def __init__(
@@ -57,26 +55,23 @@ class Trainer:
         warn: Callable[[str], None] = lambda text: None,
         data: Mapping[str, Any] | None = None,
         workers: Workers | None = None,
-        validation: Callable[[], BatchEnv] | None = None,
-        picture: Picture | None = None,
+        validation: Callable[[], Validation] | None = None,
     ) -> None:
-        """Trainer of a run that starts in ``folder`` or, where one was started, goes on from its last checkpoint.
+        """Trainer with fresh weights; nothing is read or written before :meth:`begin`.
 
         Args:
             config: What to do.
             envs: ``config.num_envs`` environments, or groups of them that are simulated side by side.
-            folder: The run's files; locked until :meth:`close`.
+            folder: The run's files.
             report: Called with each row of metrics.
             warn: Called with what the user should know and the run survives.
             data: What the run was made from, for ``run.json``.
             workers: All processes that share the run; those that the launcher started if not given.
-            validation: Makes the environments of a validation, one per episode; called when the first one is due.
-            picture: Draws an episode of the validation for TensorBoard.
+            validation: Loads the episodes of validations; called when the first one is due.
         """
         groups = list(envs) if isinstance(envs, Sequence) else [envs]
         self.config, self.folder, self.report, self.warn = config, folder, report, warn
         self.workers = join_workers() if workers is None else workers
-        self.workers.on_first(folder.acquire)
         self.device = choose_device(config.device, self.workers.local_rank)
         cores = max(1, available_cores() // self.workers.local_size)
         self.threads = (config.threads or cores) if self.device.type == "cpu" else 1
@@ -94,13 +89,24 @@ class Trainer:
         self.recent: deque[dict[str, float]] = deque(maxlen=config.window)
         self.best: dict[str, float] = {}
         self.sanity = Sanity(self.policy.head)
-        self._make_validation, self._picture = validation, picture
-        self._validation: BatchEnv | None = None
-        if self.workers.on_first(folder.exists):
-            self.workers.on_first(lambda: folder.check_resumable(config))
+        self._facts = self._describe(specs, data or {})
+        self._load_validation = validation
+        self._validation: Validation | None = None
+
+    def begin(self) -> None:
+        """Lock the run's folder until :meth:`close`, and start the run there, or resume it from its last checkpoint.
+
+        Raises:
+            ConfigError: another process trains there, or the run has another config.
+            CheckpointError: no checkpoint of the run can be read.
+        """
+        workers, folder = self.workers, self.folder
+        workers.on_first(folder.acquire)
+        if workers.on_first(folder.exists):
+            workers.on_first(lambda: folder.check_resumable(self.config))
             self._resume()
         else:
-            self.workers.on_first(lambda: folder.start(config, self._facts(specs, data or {})))
+            workers.on_first(lambda: folder.start(self.config, self._facts))
             self.save()
 
     def train(self) -> str | None:
@@ -239,17 +245,17 @@ class Trainer:
     def validate(self, row: Row, board: Any) -> None:
         """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
         every = self.config.validate_steps
-        if not every or self._make_validation is None or self.step - self.validated_step < every:
+        if not every or self._load_validation is None or self.step - self.validated_step < every:
             return
         self.validated_step = self.step
 
         def work() -> dict[str, float]:
             if self._validation is None:
-                assert self._make_validation is not None
-                self._validation = self._make_validation()
-            measures, path = validate(self.policy, self._validation, self.config.seed)
-            if self._picture is not None and path is not None:
-                board.add_image("validation", self._picture(self._validation, path), self.step, dataformats="HWC")
+                assert self._load_validation is not None
+                self._validation = self._load_validation()
+            measures, picture = validate(self.policy, self._validation, self.config.seed)
+            if picture is not None:
+                board.add_image("validation", picture, self.step, dataformats="HWC")
             return measures
 
         measures = self.workers.on_first(work)
@@ -359,7 +365,7 @@ class Trainer:
 
         return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
 
-    def _facts(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
+    def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
         return {
             "prnav": __version__,

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 import torch
 
-from prnav.contracts import DiscreteActions, ObservationSpec
+from prnav.contracts import DiscreteActions, ObservationSpec, Turn
 from prnav.errors import CheckpointError
-from prnav.evaluate.agents import Turn
-from prnav.evaluate.learned import BLOCK, PolicyAgent, load_run
+from prnav.evaluate.learned import load_run
+from prnav.play.policy_agent import BLOCK, PolicyAgent
 from prnav.policy import PolicyConfig, build_policy
 
 SHAPES = {"photoreceptors": (2, 4, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}

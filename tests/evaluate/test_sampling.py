@@ -1,6 +1,6 @@
 import numpy as np
 
-from prnav.evaluate.sampling import episode_key, uniforms, uniforms_of_width
+from prnav.play.noise import episode_key, uniforms, uniforms_of_width
 
 
 def test_uniforms_are_uniform_and_uncorrelated_between_steps_and_episodes():

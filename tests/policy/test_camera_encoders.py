@@ -7,8 +7,8 @@ import pytest
 import torch
 from policy_specs import FOUR, specs
 
-from prnav.domains.navigation.env import EnvConfig
 from prnav.domains.navigation.env.spaces import observation_space
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy
 from prnav.policy.camera_encoders import PATCH, PICTURES_AT_ONCE, PatchMap, patches, pixels
@@ -120,10 +120,10 @@ def test_a_torchvision_that_cannot_be_used_is_one_line(monkeypatch):
 
 
 def test_the_environment_gives_pictures_of_bytes():
-    space = observation_space(EnvConfig(camera_size=32), 2)
+    space = observation_space(PointGoalEnvConfig(camera_size=32), 2)
     assert space["camera"].shape == (2, 32, 32, 3) and space["camera"].dtype == np.uint8
     assert "photoreceptors" not in space.spaces
-    assert "camera" not in observation_space(EnvConfig(camera_size=32, vision=False), 2).spaces
+    assert "camera" not in observation_space(PointGoalEnvConfig(camera_size=32, vision=False), 2).spaces
 
 
 def test_bfloat16_encodes_nearly_the_same():

@@ -10,8 +10,8 @@ import torch
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from conftest import toy_config
 from toy_env import CueEnv
+from toy_run import toy_config
 
 from prnav.errors import PrnavError
 from prnav.policy import PolicyConfig, build_policy
@@ -62,6 +62,7 @@ def main(job: str, folder: Path, *arguments: str) -> None:
         config = replace(toy_config(total_steps=int(arguments[0])), sync_fraction=float(arguments[1]))
         envs = SlowEnv(8) if config.sync_fraction < 1 and workers.rank == 1 else CueEnv(8)
         trainer = Trainer(config, envs, RunFolder(folder / "run"), report=lambda row: say(row["update"]))
+        trainer.begin()
         trainer.train()
         say("lengths", workers.rank, trainer.rollout.steps, trainer.storage.steps)
 

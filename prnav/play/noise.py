@@ -12,6 +12,8 @@ import json
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.splitmix import splitmix64, unit_interval
+
 
 def episode_key(seed: int, scene_id: str, episode_id: str) -> int:
     """64-bit key of an episode under a seed (the first eight bytes of a SHA-256)."""
@@ -20,13 +22,8 @@ def episode_key(seed: int, scene_id: str, episode_id: str) -> int:
 
 
 def uniforms(keys: ArrayLike, steps: ArrayLike) -> NDArray[np.float64]:
-    """Uniform numbers in [0, 1) for episode keys (N,) uint64 at steps (N,), by SplitMix64 (Steele et al. 2014)."""
-    state = np.asarray(keys, dtype=np.uint64) + (np.asarray(steps, dtype=np.uint64) + np.uint64(1)) * np.uint64(
-        0x9E3779B97F4A7C15
-    )
-    state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return ((state ^ (state >> np.uint64(31))) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    """Uniform numbers in [0, 1) for episode keys (N,) uint64 at steps (N,)."""
+    return unit_interval(splitmix64(np.asarray(keys, np.uint64), np.asarray(steps, np.uint64)))
 
 
 def uniforms_of_width(keys: ArrayLike, steps: ArrayLike, width: int) -> NDArray[np.float64]:
