@@ -14,7 +14,7 @@ from prnav.policy import PolicyConfig
 from prnav.train import PPOConfig, RunFolder, TrainConfig, Trainer
 
 CONFIG = TrainConfig(
-    total_steps=150_000,
+    total_steps=300_000,
     num_envs=8,
     groups=1,
     threads=1,
