@@ -32,18 +32,6 @@ class CueEnv(VectorEnv):
         self.single_action_space = gymnasium.spaces.Discrete(CUES)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
-    @property
-    def observation_specs(self):
-        return {
-            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
-            "design": ObservationSpec((1, 7), "design"),
-            "clock": ObservationSpec((1,), "vector"),
-        }
-
-    @property
-    def action_spec(self):
-        return DiscreteActions(CUES)
-
     def reset(self, *, seed=None, options=None):
         self.generator = np.random.Generator(np.random.PCG64(seed))
         self.cue = self.generator.integers(0, CUES, self.num_envs)
