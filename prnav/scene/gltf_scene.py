@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from prnav.scene import decoders
 from prnav.scene.gltf import GltfFile
+from prnav.scene.gltf_unread import unread_notes
 from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
-from prnav.scene.gltf_unread import unread_notes
 from prnav.scene.source import MeshSource
 from prnav.scene.texture_wrap import REPEAT, Wrap, wrap_part
 

@@ -242,9 +242,11 @@ def _integer(text, i, end):
     if i < end and (text[i] == 45 or text[i] == 43):
         negative = text[i] == 45
         i += 1
-    first, value = i, 0
+    first, value = i, np.int64(0)
     while i < end and 48 <= text[i] <= 57:
-        value = min(value * 10 + np.int64(text[i]) - 48, _FARTHEST // 16)
+        value = value * 10 + np.int64(text[i]) - 48
+        if value > _FARTHEST // 16:
+            value = np.int64(_FARTHEST // 16)
         i += 1
     if i == first:
         return 0, -1
@@ -283,7 +285,7 @@ def _real(text, i, end):
         while i < end and not _blank(text[i]):
             i += 1
         return sign * value, i
-    mantissa, power, digits, point = 0, 0, 0, False
+    mantissa, power, digits, point = np.int64(0), 0, 0, False
     while i < end and (48 <= text[i] <= 57 or (text[i] == 46 and not point)):
         if text[i] == 46:
             point = True

@@ -57,11 +57,11 @@ def ply_parts(source: MeshSource, textures: Textures, notes: list[str]) -> list[
     vertex_colors = _colors(vertex, "vertices", notes)
     parts: list[Part] = []
     for name, table in tables.items():
-        if name != "vertex" and table.count:
+        if name != "vertex" and table.rows:
             surface = _surface(source, name, table, positions, notes)
             check_triangles(path, len(surface.triangles))
             parts += _textured_parts(source, surface, positions, vertex_colors, vertex, table, header, textures, notes)
-    if vertex.count:
+    if vertex.rows:
         _note_columns(vertex, "vertices", notes)
     return parts
 

@@ -77,7 +77,7 @@ class ListColumn(NamedTuple):
 class Table(NamedTuple):
     """Columns of an element by their names in lower case."""
 
-    count: int
+    rows: int
     scalars: dict[str, NDArray[np.float64]]
     """(n,) each."""
     types: dict[str, str]

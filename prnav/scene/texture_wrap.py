@@ -47,7 +47,7 @@ class AlteredImage(EncodedImage):
         return repr((self.mirror, self.levels)).encode()
 
     @property
-    def size(self) -> tuple[int, int]:  # type: ignore[override]
+    def size(self) -> tuple[int, int]:
         """Width and height in pixels, the mirrored copies included."""
         width, height = EncodedImage(self.data, self.where).size
         return width * (1 + self.mirror[0]), height * (1 + self.mirror[1])

@@ -1,8 +1,8 @@
 """Whatever is wrong with a file is one SceneError of one line that names the file; nothing else is ever raised."""
 
+import base64
 import copy
 import io
-import base64
 import json
 import re
 
