@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first, positive
+from prnav.cli._progress import LineProgress
 from prnav.domains.navigation.references import REFERENCE_AGENTS
 from prnav.errors import ConfigError
 from prnav.files import write_text
@@ -256,6 +257,8 @@ def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str
         }
     elif options.split is not None and config.data is not None:
         changes["episode_split"] = options.split
+    elif config.episodes is not None and (split := _held_out(config, options.split)) is not None:
+        changes["episode_split"] = split
     elif options.split is not None:
         from prnav.scene import scene_ids
 
@@ -275,6 +278,28 @@ def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str
             raise ConfigError(f"--target {options.target} is for TargetNav, and this agent's task is pointgoal")
         changes["targetnav"] = dataclasses.replace(config.targetnav, visible=options.target == "visible")
     return dataclasses.replace(config, **changes)  # type: ignore[arg-type]
+
+
+def _held_out(config: EnvConfig, asked: str | None) -> str | None:
+    """Split of the folder of episodes that an agent was trained on: what was asked for, else one it was not trained on.
+
+    None, with a word, where there is no other.
+    """
+    from prnav.episodes.files import episode_splits
+
+    assert config.episodes is not None
+    splits = episode_splits(config.episodes)
+    if asked is not None:
+        return asked if asked in splits else None
+    for name in ("test", "val"):
+        if name in splits and config.episode_split not in (None, name):
+            return name
+    print(
+        f"warning: {config.episodes}: no split test or val beside the one it was trained on, so the agent plays its "
+        "training episodes; draw others (prnav-episodes generate --split val --seed 1) to see how well it generalises",
+        file=sys.stderr,
+    )
+    return None
 
 
 def _folder_name(entry: Entry, options: argparse.Namespace, config: EnvConfig, split: str) -> str:
@@ -337,15 +362,13 @@ def _print(evaluation: Evaluation, console: Console) -> None:
 
 
 def _progress(screen: Console) -> Progress:
-    return Progress(
+    return LineProgress(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=screen,
-        transient=True,
-        disable=not sys.stderr.isatty(),
     )
 
 

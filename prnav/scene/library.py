@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from prnav.cache import cache_key, cached_arrays, is_cached
 from prnav.config import to_mapping
-from prnav.errors import SceneError
+from prnav.errors import SceneError, SceneNote
 from prnav.files import resolve_inside
 from prnav.frames import to_y_up
 from prnav.scene.load import check_limits, compose
@@ -54,7 +54,7 @@ def load_scene(
         max_texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
         texture_budget: texels of all textures of a file together; where there are more, those with the most texels per
             square metre of surface are reduced by powers of two. Built-in homes stay as they are.
-        root: folder that the images and materials of a file may be in, above the mesh's own; it counts for meshes in it.
+        root: folder that the images and materials of a file may be in, above its own; it counts for meshes in it.
 
     Raises:
         SceneError: no such scene, or a file that cannot be used.
@@ -69,7 +69,7 @@ def load_scene(
     key = cache_key(SCENE_VERSION, files, scene.describe(), max_texture_size, texture_budget)
     mesh = _cached("scene", key, scene.path.name, lambda: compose(scene, stage, objects, limits))
     for note in mesh.notes:
-        warnings.warn(f"scene {scene.path}: {note}", stacklevel=2)
+        warnings.warn(f"scene {scene.path}: {note}", SceneNote, stacklevel=2)
     return mesh
 
 
@@ -103,13 +103,14 @@ def targetnav_scene_ids() -> list[str]:
 
 
 def resolve_scene(
-    scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = ()
+    scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = (), only: bool = False
 ) -> str | Path:
     """What to give to :func:`load_scene` for a scene id of an episode file.
 
     Built-in ids stand for themselves. Of ``scene_files``, the one counts whose path ends with most of the id's parts,
     its file name at least. Else the id is a path under ``data_root``, with Habitat's "data/scene_datasets/" in front
-    or not; the root may be Habitat's "data" folder, too.
+    or not; the root may be Habitat's "data" folder, too. With ``only``, the one scene file given stands for whatever
+    the episodes call their one scene, if nothing else does.
 
     Raises:
         SceneError: nothing fits, two files fit alike, or the id leaves the root.
@@ -138,6 +139,8 @@ def resolve_scene(
                 return path
         looked.append(f"the data root {data_root}")
     where = ", ".join(looked) or "no --data-root and no --scene given"
+    if only and len(files) == 1:
+        return _existing(files[0], scene_id)
     raise SceneError(
         f"scene {scene_id!r} is not found (looked in: {where}); name the folder that holds it with --data-root DIR, "
         f"or the mesh itself with --scene FILE"

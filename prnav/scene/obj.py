@@ -80,8 +80,8 @@ def _check_indices(path: Path, lines: ObjLines) -> None:
             )
     if len(lines.sizes) and lines.sizes.max() > MAX_CORNERS:
         raise SceneError(
-            f"scene {path}: line {lines.face_lines[lines.sizes.argmax()]}, a polygon of {lines.sizes.max()} corners; at "
-            f"most {MAX_CORNERS} are taken: triangulate it and export again"
+            f"scene {path}: line {lines.face_lines[lines.sizes.argmax()]}, a polygon of {lines.sizes.max()} corners; "
+            f"at most {MAX_CORNERS} are taken: triangulate it and export again"
         )
 
 

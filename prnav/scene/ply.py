@@ -20,7 +20,8 @@ _INDICES = ("vertex_indices", "vertex_index", "vertex_ids", "indices")
 _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"), ("tex_u", "tex_v"))
 _COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _READ_PAST = {
-    "nx", "ny", "nz", "normal_x", "normal_y", "normal_z", "alpha", "a", "diffuse_alpha", "flags", "quality", "confidence",
+    "nx", "ny", "nz", "normal_x", "normal_y", "normal_z", "alpha", "a", "diffuse_alpha", "flags", "quality",
+    "confidence",
     "ambient_red", "ambient_green", "ambient_blue", "specular_red", "specular_green", "specular_blue",
     "specular_coeff", "specular_power", "curvature", "radius", "intensity",
 }  # fmt: skip
@@ -122,8 +123,8 @@ def _surface(source: MeshSource, name: str, table: Table, positions: NDArray[np.
         return _Surface(np.maximum(vertex, 0), triangles, rows)
     if len(column.sizes) and column.sizes.max() > MAX_CORNERS:
         raise SceneError(
-            f"scene {path}: a polygon of {column.sizes.max()} corners; at most {MAX_CORNERS} are taken: triangulate it and "
-            "export again"
+            f"scene {path}: a polygon of {column.sizes.max()} corners; at most {MAX_CORNERS} are taken: triangulate "
+            "it and export again"
         )
     if short := int((column.sizes < 3).sum()):
         notes.append(f"{short} faces of fewer than 3 corners are left out")
