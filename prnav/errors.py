@@ -19,6 +19,10 @@ class SceneError(PrnavError):
     """A mesh file is missing, broken, or holds what cannot be used."""
 
 
+class SceneNote(UserWarning):
+    """Something of a scene's files was not found or left out; the scene is loaded all the same."""
+
+
 class NavMeshError(PrnavError):
     """A navmesh file is broken, or a mesh has no floor to walk on."""
 

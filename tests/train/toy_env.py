@@ -9,8 +9,6 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from prnav.contracts import DiscreteActions, ObservationSpec
-
 CUES = 3
 
 
