@@ -1,1 +1,1 @@
-"""Families of tasks: each supplies worlds, bodies and rewards behind the contracts that all share."""
+"""Families of tasks: each implements the contracts, and knows no trainer."""
