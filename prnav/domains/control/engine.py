@@ -6,6 +6,9 @@ Physics needs the batch interface of MuJoCo 4. Without it, importing this module
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from prnav.errors import ControlError
 
 OLDEST = 4
@@ -31,4 +34,18 @@ def check_version(version: str) -> None:
 check_version(mujoco.__version__)
 import mujoco.batch  # noqa: E402  the version decides whether it exists
 
-__all__ = ["OLDEST", "check_version", "mujoco"]
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep MuJoCo's warnings off the console and out of its log file within; who steps simulations counts them."""
+    before = mujoco.MjLogConfig.get()
+    silent = mujoco.MjLogConfig.get()
+    silent.logto_console = silent.logto_file = False
+    silent.set()
+    try:
+        yield
+    finally:
+        before.set()
+
+
+__all__ = ["OLDEST", "check_version", "mujoco", "quiet"]

@@ -1,0 +1,123 @@
+"""N simulations of one body, stepped together by MuJoCo's batch interface.
+
+All arrays have the simulations on the first axis. A simulation's states depend on its own start and actions alone:
+the bits are the same for any number of threads, any batch and any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from prnav.domains.control.engine import mujoco, quiet
+from prnav.domains.control.facts import LARGEST
+
+STATE = ("time", "qpos", "qvel", "qacc_warmstart", "ctrl")
+"""Arrays that say everything about the simulations; warm starts are where the constraint solver begins."""
+OWN_DATA_UP_TO = 64
+"""Batches up to this size keep one MjData per simulation. That spares computing a step's first stages twice, worth up
+to 1.4 times the speed, as long as the cache holds them all. The bits are the same either way."""
+_BAD = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+]
+
+
+class Physics:
+    """N simulations of ``model``; attributes are live arrays, refreshed by each call."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        num: int,
+        physics_steps: int,
+        derived: Sequence[str] = (),
+        expanded: Sequence[str] = (),
+        threads: int = 1,
+    ):
+        """Simulations in the model's reference pose.
+
+        Args:
+            model: the body.
+            num: N.
+            physics_steps: physics steps per simulation step.
+            derived: fields of MjData that are wanted after each call, in :attr:`derived`.
+            expanded: fields of MjModel that differ between simulations, in :attr:`expanded`.
+            threads: threads that step simulations, with the caller's.
+        """
+        self.model = model
+        self.num = num
+        self.physics_steps = physics_steps
+        self.batch = mujoco.batch.Batch(model, num, threads, persistent=num <= OWN_DATA_UP_TO)
+        self.state = {name: self.batch.bind(name) for name in STATE}
+        self.time = self.state["time"]  #: (N,) [s]
+        self.qpos = self.state["qpos"]  #: (N, nq) [m or rad]
+        self.qvel = self.state["qvel"]  #: (N, nv) [m/s or rad/s]
+        self.ctrl = self.state["ctrl"]  #: (N, nu)
+        self.contacts = self.batch.bind("ncon")  #: (N,)
+        self.derived = {name: self.batch.bind(name) for name in derived}
+        self.expanded = {name: self.batch.expand(name) for name in expanded}
+        self.batch.reset()
+
+    def place(self, rows: NDArray[np.int64], qpos: ArrayLike, qvel: ArrayLike) -> None:
+        """Put simulations ``rows`` (n,) at states (n, nq), (n, nv), with nothing of what they did before.
+
+        Positions are computed (and with them contacts), forces are not: :meth:`forward` follows.
+        """
+        self.batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self.qpos[rows] = qpos
+        self.qvel[rows] = qvel
+        with quiet():
+            self.batch.forward(rows, stage=mujoco.mjtStage.mjSTAGE_POS)
+
+    def forward(self, rows: NDArray[np.int64]) -> None:
+        """Compute everything about the states of simulations ``rows``, without control."""
+        self.ctrl[rows] = 0.0
+        with quiet():
+            self.batch.forward(rows)
+
+    def step(self, actions: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Advance all simulations by one simulation step under actions (N, nu).
+
+        Positions and velocities, and what derives from them, are current afterwards; forces (and touch sensors) are
+        those of the last physics step, before its integration. That is the order of the suite's control step.
+
+        Returns:
+            Which simulations diverged, (N,). They are back in the state before the step, and must be placed anew.
+        """
+        before = {name: value.copy() for name, value in self.state.items()}
+        self.ctrl[:] = actions
+        warned = self._warnings()
+        diverged = np.zeros(self.num, np.bool_)
+        try:
+            with quiet():
+                self.batch.step(nstep=self.physics_steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
+        except mujoco.batch.SimulationError as error:
+            diverged[error.ids] = True
+        diverged |= self._warnings() != warned
+        for value in (self.qpos, self.qvel):
+            diverged |= ~(np.abs(value) < LARGEST).all(axis=1)  # false for nan
+        if diverged.any():
+            rows = np.flatnonzero(diverged)
+            for name, value in self.state.items():
+                value[rows] = before[name][rows]
+            self.batch.forward(rows, stage=mujoco.mjtStage.mjSTAGE_VEL)
+        return diverged
+
+    def get_state(self) -> dict[str, NDArray[Any]]:
+        """Copies of the arrays that :meth:`set_state` needs to go on exactly here."""
+        return {name: value.copy() for name, value in (*self.state.items(), *self.expanded.items())}
+
+    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
+        """Go on where :meth:`get_state` was called."""
+        for name, value in (*self.state.items(), *self.expanded.items()):
+            value[:] = state[name]
+        self.batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL)
+
+    def _warnings(self) -> NDArray[np.int64]:
+        """How often each simulation was found bad and set back by MuJoCo, (N,)."""
+        return self.batch.warning[:, _BAD, 1].sum(axis=1)
