@@ -42,7 +42,8 @@ _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 SHAPE = np.dtype(
     [
         ("kind", np.int64),  # type by MuJoCo's number
-        ("site", np.int64),  # 1 for a site, which casts no shadow
+        ("site", np.int64),  # 1 for a site
+        ("casts", np.int64),  # 1 where it casts shadows
         ("index", np.int64),  # its number among the model's geoms or sites
         ("texture", np.int64),  # -1 for none; planes only
         *((name, np.float64) for name in ("sx", "sy", "sz")),  # size as MuJoCo has it [m]: half lengths, radius first
@@ -114,6 +115,7 @@ def _shapes(model: mujoco.MjModel, floor: FloorAnchor) -> NDArray[np.void]:
     for shape, row in zip(shapes, rows, strict=True):
         kind, size = int(_field(model, row, "type")), np.asarray(_field(model, row, "size"), np.float64)
         shape["site"], shape["index"] = row
+        shape["casts"] = row[0] or model.geom_castshadow[row[1]]
         shape["kind"], shape["texture"] = kind, _texture(model, row)
         shape["sx"], shape["sy"], shape["sz"] = size
         shape["bound"] = _bound(kind, size)
@@ -212,7 +214,7 @@ def _uv(model: mujoco.MjModel, row: tuple[bool, int], size: Float64, floor: Floo
     scale = 0.5 * repeat / (1.0 if model.mat_texuniform[material] else size[:2])
     if floor == "mujoco-3.11":
         return np.array([scale[0], -0.5, -scale[1], -0.5])
-    return np.array([scale[0], scale[0] * size[0], -scale[1], -scale[1] * size[1]])
+    return np.array([scale[0], scale[0] * size[0], -scale[1], scale[1] * size[1]])
 
 
 def _lights(model: mujoco.MjModel) -> NDArray[np.void]:

@@ -391,6 +391,25 @@ def _is_seen(shape, m, ray, alpha):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _holds(shape, m, ray):
+    """Whether the place from which a ray of the world starts lies inside a shape."""
+    x, y, z = ray[0] - m[0], ray[1] - m[1], ray[2] - m[2]
+    x, y, z = m[3] * x + m[6] * y + m[9] * z, m[4] * x + m[7] * y + m[10] * z, m[5] * x + m[8] * y + m[11] * z
+    if shape.kind == PLANE:
+        return False
+    if shape.kind == CYLINDER:
+        return x * x + y * y < shape.sx * shape.sx and abs(z) < shape.sy
+    if shape.kind == BOX:
+        return abs(x) < shape.sx and abs(y) < shape.sy and abs(z) < shape.sz
+    if shape.kind == ELLIPSOID:
+        x, y, z = x / shape.sx, y / shape.sy, z / shape.sz
+        return x * x + y * y + z * z < 1.0
+    if shape.kind == CAPSULE:
+        z -= min(max(z, -shape.sy), shape.sy)
+    return x * x + y * y + z * z < shape.sx * shape.sx
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _is_shadowed(shapes, lights, poses, lamps, number, s, ray, px, py, pz):
     """Whether something stands between a place of the world on shape s and a light."""
     light = lights[number]
@@ -410,7 +429,10 @@ def _is_shadowed(shapes, lights, poses, lamps, number, s, ray, px, py, pz):
         return False
     ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = px, py, pz, lx, ly, lz
     for other in range(len(shapes)):
-        if other != s and not shapes[other].site and 0.0 < _meets(shapes, poses, other, ray) < away:
+        if other == s or not shapes[other].casts:
+            continue
+        t = _meets(shapes, poses, other, ray)
+        if 0.0 < t < away or (t <= 0.0 and _holds(shapes[other], poses[other], ray)):
             return True
     return False
 
