@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.domains.control.facts import LARGEST, task_facts
+from prnav.domains.control.frames import rotation, to_world
 from prnav.errors import ControlError
 
 if TYPE_CHECKING:
@@ -151,9 +152,8 @@ class ControlTask:
         places = self._checked("positions", positions, (num, 3))
         turned = self._checked("quaternions", quaternions, (num, 4))
         rows = np.arange(num)
-        axes = physics.derived["xmat"].reshape(num, -1, 3, 3)[rows, body]
-        world_places = physics.derived["xpos"][rows, body] + np.einsum("nij,nj->ni", axes, places)
-        world_axes = np.einsum("nij,njk->nik", axes, rotation(turned))
+        body_axes = physics.derived["xmat"].reshape(num, -1, 3, 3)[rows, body]
+        world_places, world_axes = to_world(places, rotation(turned), physics.derived["xpos"][rows, body], body_axes)
         if self._caster is None or self._caster[0] != rays_per_receptor:
             self._caster = rays_per_receptor, Caster(self.model, rays_per_receptor=rays_per_receptor)
         poses = WorldPoses(*(physics.derived[name] for name in WorldPoses._fields))
@@ -206,15 +206,3 @@ class ControlTask:
         if wrong:
             raise ControlError(f"{self.name} has no body {str(wrong[0])!r}; valid: {', '.join(names)}")
         return np.array([names.index(body) for body in bodies], np.int64)
-
-
-def rotation(quaternions: ArrayLike) -> Float64:
-    """Rotation matrices (..., 3, 3) of quaternions (w, x, y, z) of any length but 0, (..., 4)."""
-    q = np.asarray(quaternions, np.float64)
-    w, x, y, z = np.moveaxis(q / np.sqrt((q * q).sum(axis=-1, keepdims=True)), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

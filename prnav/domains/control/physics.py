@@ -80,32 +80,34 @@ class Physics:
         with quiet():
             self.batch.forward(rows)
 
-    def step(self, actions: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Advance all simulations by one simulation step under actions (N, nu).
+    def step(self, actions: NDArray[np.float64], rows: NDArray[np.int64] | None = None) -> NDArray[np.bool_]:
+        """Advance simulations ``rows`` (n,), or all, by one simulation step under actions (n, nu).
 
         Positions and velocities, and what derives from them, are current afterwards; forces (and touch sensors) are
         those of the last physics step, before its integration. That is the order of the suite's control step.
 
         Returns:
-            Which simulations diverged, (N,). They are back in the state before the step, and must be placed anew.
+            Which of these simulations diverged, (n,). They are back in the state before the step.
         """
-        before = {name: value.copy() for name, value in self.state.items()}
-        self.ctrl[:] = actions
-        warned = self._warnings()
-        diverged = np.zeros(self.num, np.bool_)
+        at = slice(None) if rows is None else rows
+        before = [value[at].copy() for value in self.state.values()]
+        self.ctrl[at] = actions
+        warned = self._warnings(at)
+        diverged = np.zeros(len(warned), np.bool_)
         try:
             with quiet():
-                self.batch.step(nstep=self.physics_steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
+                self.batch.step(rows, self.physics_steps, mujoco.mjtStage.mjSTAGE_VEL)
         except mujoco.batch.SimulationError as error:
-            diverged[error.ids] = True
-        diverged |= self._warnings() != warned
-        for value in (self.qpos, self.qvel):
+            diverged |= np.isin(np.arange(self.num)[at], error.ids)
+        diverged |= self._warnings(at) != warned
+        for value in (self.qpos[at], self.qvel[at]):
             diverged |= ~(np.abs(value) < LARGEST).all(axis=1)  # false for nan
         if diverged.any():
-            rows = np.flatnonzero(diverged)
-            for name, value in self.state.items():
-                value[rows] = before[name][rows]
-            self.batch.forward(rows, stage=mujoco.mjtStage.mjSTAGE_VEL)
+            lost = np.arange(self.num)[at][diverged]
+            for value, old in zip(self.state.values(), before, strict=True):
+                value[lost] = old[diverged]
+            with quiet():
+                self.batch.forward(lost, stage=mujoco.mjtStage.mjSTAGE_VEL)
         return diverged
 
     def get_state(self) -> dict[str, NDArray[Any]]:
@@ -118,6 +120,7 @@ class Physics:
             value[:] = state[name]
         self.batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL)
 
-    def _warnings(self) -> NDArray[np.int64]:
-        """How often each simulation was found bad and set back by MuJoCo, (N,)."""
-        return self.batch.warning[:, _BAD, 1].sum(axis=1)
+    def _warnings(self, at: slice | NDArray[np.int64]) -> NDArray[np.int64]:
+        """How often each of these simulations was found bad and set back by MuJoCo, (n,)."""
+        counts = self.batch.warning[at]
+        return counts[:, _BAD[0], 1] + counts[:, _BAD[1], 1] + counts[:, _BAD[2], 1]

@@ -125,8 +125,8 @@ def start(task: Task, physics: Physics, rows: NDArray[np.int64], seeds: ArrayLik
 class ReacherHard:
     """Reach for a small ball with the fingertip."""
 
-    derived = ("geom_xpos",)
-    expanded = ("geom_pos",)
+    derived: tuple[str, ...] = ("geom_xpos",)
+    expanded: tuple[str, ...] = ("geom_pos",)
     starts_clear = False
     REACH = TARGET_RADIUS + FINGERTIP_RADIUS
     """Distance of the centres at which fingertip and target touch [m]."""
@@ -183,8 +183,8 @@ RUN_SPEED = 8.0
 class Walker:
     """Stand, walk or run."""
 
-    derived = ("xpos", "xmat", "sensordata")
-    expanded = ()
+    derived: tuple[str, ...] = ("xpos", "xmat", "sensordata")
+    expanded: tuple[str, ...] = ()
     starts_clear = False
 
     def __init__(self, facts: TaskFacts, speed: float) -> None:
