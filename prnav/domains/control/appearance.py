@@ -33,6 +33,9 @@ DRAWN_GROUPS = 3
 OPAQUE = 0.995
 """Shapes of at least this alpha hide what is behind them; others are blended over it."""
 
+FAINT = 1e-4
+"""Highlights below this share of their full strength are left out."""
+
 _PLANE_LINES = 200
 """Most cells of a plane's grid of vertices along one side."""
 
@@ -50,6 +53,7 @@ SHAPE = np.dtype(
         ("bound", np.float64),  # radius of its bounding sphere [m]
         *((name, np.float64) for name in ("red", "green", "blue", "alpha")),  # 0 to 1
         *((name, np.float64) for name in ("emission", "gloss", "exponent", "reflectance")),  # of its material
+        ("faint", np.float64),  # squared cosine below which a highlight is too faint to count
         *((name, np.float64) for name in ("u", "u0", "v", "v0")),  # a plane's texture lies at (u x + u0, v y + v0)
         *((name, np.float64) for name in ("cell_x", "cell_y")),  # width of the cells of a plane's grid of vertices [m]
         *((name, np.float64) for name in ("whole_x", "whole_y")),  # half extent of its whole cells [m]
@@ -121,6 +125,7 @@ def _shapes(model: mujoco.MjModel, floor: FloorAnchor) -> NDArray[np.void]:
         shape["bound"] = _bound(kind, size)
         shape["red"], shape["green"], shape["blue"], shape["alpha"] = _rgba(model, row)
         shape["emission"], shape["gloss"], shape["exponent"], shape["reflectance"] = _surface(model, row)
+        shape["faint"] = FAINT ** (2.0 / max(float(shape["exponent"]), 1e-6))
         if kind == PLANE:
             if size[0] <= 0.0 or size[1] <= 0.0:
                 raise RenderError(f"{_name(model, row)}: a plane without end is not drawn; give it a size")

@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.domains.control import kernels
 from prnav.domains.control.appearance import FloorAnchor, build_appearance
+from prnav.domains.control.casting import Scene, new_work, read_states
 from prnav.domains.control.engine import mujoco
-from prnav.domains.control.textures import Textures
 from prnav.errors import RenderError
 from prnav.render.rays import rays_per_side
 from prnav.render.sampling import Sampling
@@ -47,34 +46,6 @@ class WorldPoses(NamedTuple):
         return cls(*(np.array(getattr(data, name), np.float64)[None] for name in cls._fields))
 
 
-class _Scene(NamedTuple):
-    """What the kernels read."""
-
-    shapes: NDArray[np.void]
-    lights: NDArray[np.void]
-    textures: Textures
-    sky: int
-    near: float
-    far: float
-
-
-class _Work(NamedTuple):
-    """Room for what the kernels compute on the way to one reading; one for each thread."""
-
-    poses: Float64
-    views: Float64
-    beams: Float64
-    lamps: Float64
-    facet: Float64
-    ray: Float64
-    sensor: Float64
-    alphas: Float64
-    depths: Float64
-    layers: Float64
-    order: NDArray[np.int64]
-    veils: NDArray[np.int64]
-
-
 class Caster:
     """Readings and pictures of sensors among a model's shapes."""
 
@@ -93,7 +64,7 @@ class Caster:
             RenderError: the model has what the caster cannot draw, or a setting is not valid.
         """
         looks = build_appearance(model, floor)
-        self._scene = _Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far)
+        self._scene = Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far)
         self._counts = (model.ngeom, model.nsite, model.nlight)
         self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern)
 
@@ -163,8 +134,8 @@ class Caster:
         halves_NK = np.tan(0.5 * np.ascontiguousarray(fovs_NK))
 
         def work(start: int, stop: int) -> None:
-            kernels.read_states(
-                self._scene, self._work(), *parts, places_NK3, axes_NK33, halves_NK,
+            read_states(
+                self._scene, new_work(self._scene), *parts, places_NK3, axes_NK33, halves_NK,
                 sampling.offsets, sampling.weights, grid, start, stop, out,
             )  # fmt: skip
 
@@ -176,23 +147,6 @@ class Caster:
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(work, bounds[:-1], bounds[1:]))
         return out
-
-    def _work(self) -> _Work:
-        shapes, lights = len(self._scene.shapes), len(self._scene.lights)
-        return _Work(
-            poses=np.zeros((shapes, 12)),
-            views=np.zeros((shapes, 13)),
-            beams=np.zeros((shapes, lights, 6)),
-            lamps=np.zeros((lights, 12)),
-            facet=np.zeros((3, 7)),
-            ray=np.zeros(11),
-            sensor=np.zeros(12),
-            alphas=np.zeros(shapes),
-            depths=np.zeros(shapes),
-            layers=np.zeros((shapes, 4)),
-            order=np.zeros(shapes, np.int64),
-            veils=np.zeros(shapes, np.int64),
-        )
 
 
 def _shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Float64:

@@ -1,0 +1,161 @@
+"""Shapes as a camera sees them: poses in its frame, boxes around them in its image, and which of them matter.
+
+A camera is a row of twelve: its place, right and up as long as half its image is wide at depth 1, and forward. A mirror
+is a camera too, the mirrored one. Rows of ``views`` (S, 17) hold the camera in each shape's frame, in the same order,
+and then 12 the least depth and 13-16 the box: a from, a to, b from, b to.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from prnav.domains.control.casting.solids import CAPSULE, CYLINDER, INF, PLANE
+
+OPAQUE = 0.995
+"""Shapes of at least this opacity hide what is behind them."""
+
+BEHIND_ALPHA = 0.3
+"""Factor on the opacity of a plane seen from behind."""
+
+_CLOSE = 1e-9
+"""Places of less depth than this [m] have no image."""
+
+
+@njit(nogil=True, error_model="numpy")
+def _ball_range(x, z, radius):
+    """Least and largest x / z over a ball; all numbers where it reaches behind the camera."""
+    if z <= radius * (1.0 + 1e-6):
+        return -INF, INF
+    square = z * z - radius * radius
+    root = radius * np.sqrt(x * x + square)
+    return (x * z - root) / square, (x * z + root) / square
+
+
+@njit(nogil=True, error_model="numpy")
+def _into(camera, k, x, y, z):
+    """Component of a vector along a camera's right (k = 3), up (6) or forward (9)."""
+    return camera[k] * x + camera[k + 1] * y + camera[k + 2] * z
+
+
+@njit(nogil=True, error_model="numpy")
+def write_box(shape, m, camera, half, parallel, box):
+    """Write the box around a shape at pose m in a camera's image into ``box`` (4,); parallel rays have no depth.
+
+    It is in units of half the image, and never too small. The least depth is returned.
+    """
+    cx, cy, cz = m[0] - camera[0], m[1] - camera[1], m[2] - camera[2]
+    x, y = _into(camera, 3, cx, cy, cz) / half, _into(camera, 6, cx, cy, cz) / half
+    z = _into(camera, 9, cx, cy, cz)
+    long = shape.kind == CAPSULE or shape.kind == CYLINDER
+    if shape.kind == PLANE:
+        least = INF
+        box[0], box[1], box[2], box[3] = INF, -INF, INF, -INF
+        for corner in range(4):
+            p = shape.sx if corner & 1 else -shape.sx
+            q = shape.sy if corner & 2 else -shape.sy
+            wx, wy, wz = p * m[3] + q * m[4], p * m[6] + q * m[7], p * m[9] + q * m[10]
+            u, v = x + _into(camera, 3, wx, wy, wz) / half, y + _into(camera, 6, wx, wy, wz) / half
+            w = z + _into(camera, 9, wx, wy, wz)
+            least = min(least, w)
+            if not parallel:
+                u, v = (u / w, v / w) if w > _CLOSE else (INF, INF)
+            box[0], box[1], box[2], box[3] = min(box[0], u), max(box[1], u), min(box[2], v), max(box[3], v)
+        if not parallel and least <= _CLOSE:
+            box[0], box[1], box[2], box[3] = -INF, INF, -INF, INF
+    else:
+        radius = shape.sx if long else shape.bound
+        reach = shape.sy if long else 0.0
+        ax, ay, az = m[5] * reach, m[8] * reach, m[11] * reach
+        u, v = _into(camera, 3, ax, ay, az) / half, _into(camera, 6, ax, ay, az) / half
+        w = _into(camera, 9, ax, ay, az)
+        least = z - abs(w) - radius
+        if parallel:
+            box[0], box[1] = x - abs(u) - radius, x + abs(u) + radius
+            box[2], box[3] = y - abs(v) - radius, y + abs(v) + radius
+        else:
+            low, high = _ball_range(x + u, z + w, radius)
+            low2, high2 = _ball_range(x - u, z - w, radius)
+            box[0], box[1] = min(low, low2), max(high, high2)
+            low, high = _ball_range(y + v, z + w, radius)
+            low2, high2 = _ball_range(y - v, z - w, radius)
+            box[2], box[3] = min(low, low2), max(high, high2)
+    for k in range(4):
+        box[k] /= half
+    return least
+
+
+@njit(nogil=True, error_model="numpy")
+def face_shapes(scene, poses, camera, half, hidden, views, order):
+    """Write the opaque shapes that a camera may see into ``views``, and their numbers, by least depth, into ``order``.
+
+    Shapes that ``hidden`` (S,) marks are transformed, but not listed.
+
+    Returns:
+        How many there are.
+    """
+    seen = 0
+    for s in range(len(scene.shapes)):
+        shape, m, row = scene.shapes[s], poses[s], views[s]
+        x, y, z = camera[0] - m[0], camera[1] - m[1], camera[2] - m[2]
+        for k in range(3):
+            row[k] = m[3 + k] * x + m[6 + k] * y + m[9 + k] * z
+            for axis in range(3, 12, 3):
+                row[axis + k] = m[3 + k] * camera[axis] + m[6 + k] * camera[axis + 1] + m[9 + k] * camera[axis + 2]
+        if hidden[s] or (shape.kind == PLANE and row[2] <= 0.0):
+            continue
+        least = write_box(shape, m, camera, half, False, row[13:17])
+        row[12] = least
+        if least + 2.0 * shape.bound < scene.near:
+            continue
+        if row[13] > 1.0 or row[14] < -1.0 or row[15] > 1.0 or row[16] < -1.0:
+            continue
+        at = seen
+        while at > 0 and views[order[at - 1], 12] > least:
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = s
+        seen += 1
+    return seen
+
+
+@njit(nogil=True, error_model="numpy")
+def find_veils(scene, poses, camera, alphas, hidden, veils):
+    """Write each shape's opacity as a camera sees it, and the transparent ones in the order in which they are blended.
+
+    ``alphas`` (S,) is negative for planes seen from behind; ``hidden`` (S,) marks what is transparent.
+
+    Returns:
+        How many are transparent.
+    """
+    count = 0
+    for s in range(len(scene.shapes)):
+        shape, m = scene.shapes[s], poses[s]
+        x, y, z = camera[0] - m[0], camera[1] - m[1], camera[2] - m[2]
+        alpha = shape.alpha
+        flat = shape.kind == PLANE
+        if flat and m[5] * x + m[8] * y + m[11] * z < 0.0:
+            alpha *= -BEHIND_ALPHA
+        alphas[s] = alpha
+        hidden[s] = abs(alpha) < OPAQUE
+        if hidden[s]:
+            away = INF if flat else np.sqrt(x * x + y * y + z * z) - shape.bound
+            at = count
+            while at > 0 and veils.away[at - 1] > away:
+                veils.shape[at], veils.away[at] = veils.shape[at - 1], veils.away[at - 1]
+                at -= 1
+            veils.shape[at], veils.away[at] = s, away
+            count += 1
+    return count
+
+
+@njit(nogil=True, error_model="numpy")
+def mirror_camera(camera, m, mirrored):
+    """Write the image of a camera in a plane at pose m."""
+    nx, ny, nz = m[5], m[8], m[11]
+    height = (camera[0] - m[0]) * nx + (camera[1] - m[1]) * ny + (camera[2] - m[2]) * nz
+    for k in range(0, 12, 3):
+        along = height if k == 0 else camera[k] * nx + camera[k + 1] * ny + camera[k + 2] * nz
+        mirrored[k] = camera[k] - 2.0 * along * nx
+        mirrored[k + 1] = camera[k + 1] - 2.0 * along * ny
+        mirrored[k + 2] = camera[k + 2] - 2.0 * along * nz

@@ -1,0 +1,258 @@
+"""The loop over states, sensors, receptors and rays."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from prnav.domains.control.casting.facing import face_shapes, find_veils, mirror_camera, write_box
+from prnav.domains.control.casting.tracing import nearest, shade
+from prnav.domains.control.textures import Textures
+
+Float64 = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+
+class Scene(NamedTuple):
+    """What the loops read; see :class:`prnav.domains.control.appearance.Appearance`."""
+
+    shapes: NDArray[np.void]
+    lights: NDArray[np.void]
+    textures: Textures
+    sky: int
+    near: float
+    far: float
+
+
+class Veils(NamedTuple):
+    """The transparent shapes, in the order in which they are blended."""
+
+    shape: Int64
+    """Their numbers, (S,)."""
+    away: Float64
+    """Their distances from the camera [m], (S,)."""
+    layer: Float64
+    """What a ray sees of each: colour and opacity, (S, 4)."""
+
+
+class Faced(NamedTuple):
+    """How many shapes a camera faces."""
+
+    seen: int
+    """Opaque shapes in its image."""
+    veils: int
+    """Transparent shapes."""
+    mirror: int
+    """The one that mirrors, -1 for none."""
+    mirrored: int
+    """Opaque shapes in the mirrored image."""
+
+
+class Work(NamedTuple):
+    """Room for what the loops compute on the way; one for each thread. S shapes, L + 1 lights."""
+
+    poses: Float64
+    """Place and axes of each shape, (S, 12)."""
+    beams: Float64
+    """Lights in the shapes' frames: place, or direction to it, and axis, (S, L + 1, 6)."""
+    lamps: Float64
+    """Lights as cameras: place, right, up, forward, (L + 1, 12)."""
+    lamp_boxes: Float64
+    """Boxes around the shapes as the lights see them, (L + 1, S, 4)."""
+    camera: Float64
+    """A sensor as a camera, (12,)."""
+    mirrored: Float64
+    """The same mirrored, (12,)."""
+    views: Float64
+    """The camera in the shapes' frames, (S, 17); see :mod:`prnav.domains.control.casting.facing`."""
+    mirror_views: Float64
+    """The mirrored camera in them, (S, 17)."""
+    order: Int64
+    """Shapes in the image, (S,)."""
+    mirror_order: Int64
+    """Shapes in the mirrored image, (S,)."""
+    alphas: Float64
+    """Opacity of each shape, negative for planes seen from behind, (S,)."""
+    hidden: NDArray[np.bool_]
+    """Shapes that are not listed as opaque, (S,)."""
+    veils: Veils
+    corners: Float64
+    """Corners of a plane's triangle, (3, 2)."""
+    triangle: Int64
+    """The triangle of each plane whose light is kept, (S,)."""
+    glow: Float64
+    """That light at its corners: of the first pass, and of each light that casts shadows, (S, L + 1, 3, 3)."""
+
+
+def new_work(scene: Scene) -> Work:
+    """Room for one thread."""
+    shapes, lights = len(scene.shapes), len(scene.lights)
+    return Work(
+        poses=np.zeros((shapes, 12)),
+        beams=np.zeros((shapes, lights, 6)),
+        lamps=np.zeros((lights, 12)),
+        lamp_boxes=np.zeros((lights, shapes, 4)),
+        camera=np.zeros(12),
+        mirrored=np.zeros(12),
+        views=np.zeros((shapes, 17)),
+        mirror_views=np.zeros((shapes, 17)),
+        order=np.zeros(shapes, np.int64),
+        mirror_order=np.zeros(shapes, np.int64),
+        alphas=np.zeros(shapes),
+        hidden=np.zeros(shapes, np.bool_),
+        veils=Veils(np.zeros(shapes, np.int64), np.zeros(shapes), np.zeros((shapes, 4))),
+        corners=np.zeros((3, 2)),
+        triangle=np.zeros(shapes, np.int64),
+        glow=np.zeros((shapes, lights, 3, 3)),
+    )
+
+
+@njit(nogil=True, error_model="numpy")
+def _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n):
+    """Write the poses of the shapes in state n; whether they are finite."""
+    total = 0.0
+    for s in range(len(scene.shapes)):
+        index = scene.shapes[s].index
+        for k in range(3):
+            work.poses[s, k] = site_xpos[n, index, k] if scene.shapes[s].site else geom_xpos[n, index, k]
+        for k in range(9):
+            work.poses[s, 3 + k] = site_xmat[n, index, k] if scene.shapes[s].site else geom_xmat[n, index, k]
+        for k in range(12):
+            total += work.poses[s, k]
+    return np.isfinite(total)
+
+
+@njit(nogil=True, error_model="numpy")
+def _place_lights(scene, work, light_xpos, light_xdir, n):
+    """Write where the scene lights are in state n, also in the frames of the placed shapes; whether they are finite."""
+    total = 0.0
+    for number in range(1, len(scene.lights)):
+        light, lamp = scene.lights[number], work.lamps[number]
+        for k in range(3):
+            lamp[k], lamp[9 + k] = light_xpos[n, light.index, k], light_xdir[n, light.index, k]
+            total += lamp[k] + lamp[9 + k]
+        dx, dy, dz = lamp[9], lamp[10], lamp[11]
+        ux, uy, uz = (0.0, -dz, dy) if dy * dy + dz * dz > 0.01 else (-dz, 0.0, dx)
+        size = np.sqrt(ux * ux + uy * uy + uz * uz)
+        lamp[6], lamp[7], lamp[8] = ux / size, uy / size, uz / size
+        lamp[3], lamp[4], lamp[5] = (
+            dy * lamp[8] - dz * lamp[7],
+            dz * lamp[6] - dx * lamp[8],
+            dx * lamp[7] - dy * lamp[6],
+        )
+        for s in range(len(scene.shapes)):
+            m, beam = work.poses[s], work.beams[s, number]
+            x, y, z = lamp[0] - m[0], lamp[1] - m[1], lamp[2] - m[2]
+            if light.directional:
+                x, y, z = -dx, -dy, -dz
+            for k in range(3):
+                beam[k] = m[3 + k] * x + m[6 + k] * y + m[9 + k] * z
+                beam[3 + k] = m[3 + k] * dx + m[6 + k] * dy + m[9 + k] * dz
+            if light.shadows and scene.shapes[s].casts:
+                write_box(scene.shapes[s], m, lamp, 1.0, light.directional, work.lamp_boxes[number, s])
+    return np.isfinite(total)
+
+
+@njit(nogil=True, error_model="numpy")
+def _place_camera(place, axes, half, camera):
+    """Write a sensor as a camera; whether it is finite."""
+    total = half
+    for k in range(3):
+        camera[k] = place[k]
+        camera[3 + k], camera[6 + k], camera[9 + k] = half * axes[k, 0], half * axes[k, 1], -axes[k, 2]
+        total += camera[k] + camera[3 + k] + camera[6 + k] + camera[9 + k]
+    return np.isfinite(total)
+
+
+@njit(nogil=True, error_model="numpy")
+def _face(scene, work, half):
+    """Sort the placed shapes for the placed camera."""
+    shapes = len(scene.shapes)
+    veils = find_veils(scene, work.poses, work.camera, work.alphas, work.hidden, work.veils)
+    seen = face_shapes(scene, work.poses, work.camera, half, work.hidden, work.views, work.order)
+    mirror, mirrored = -1, 0
+    for s in range(shapes):
+        work.triangle[s] = -1
+        for k in range(3):
+            work.beams[s, 0, k] = -work.views[s, 9 + k]
+        if mirror < 0 and scene.shapes[s].reflectance > 0.0 and scene.shapes[s].kind == 0 and not work.hidden[s]:
+            mirror = s
+    for i in range(seen):
+        if work.order[i] == mirror:
+            mirror_camera(work.camera, work.poses[mirror], work.mirrored)
+            work.hidden[mirror] = True
+            mirrored = face_shapes(
+                scene, work.poses, work.mirrored, half, work.hidden, work.mirror_views, work.mirror_order
+            )
+    return Faced(seen, veils, mirror, mirrored)
+
+
+def _compiled(sources: str) -> Callable[..., None]:
+    """The compiled loop. That it refers to a digest of all sources makes the compiler's cache see every change."""
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def read_states(
+        scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, light_xpos, light_xdir, places, axes, halves,
+        offsets, weights, grid, start, stop, out,
+    ):  # fmt: skip
+        """Readings of K sensors in states ``start`` to ``stop`` of N, into ``out`` (N, K, grid, grid, 3).
+
+        Args:
+            scene: what is seen.
+            work: room for what is computed on the way.
+            geom_xpos: places of the geoms (N, G, 3); geom_xmat their axes (N, G, 9); likewise for sites and lights.
+            places: sensors' places in the world (N, K, 3).
+            axes: their axes, columns right, up and back (N, K, 3, 3).
+            halves: tangents of half their fields of view (N, K).
+            offsets: where rays meet a receptor's patch (R, 2), see :mod:`prnav.render.sampling`.
+            weights: how much they count (R,), 1 in the mean.
+            grid: receptors per row.
+            start: first state.
+            stop: the state after the last.
+            out: readings; 0 where a pose is not finite.
+        """
+        _ = sources
+        rays = len(offsets)
+        for n in range(start, stop):
+            finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)
+            finite = finite and _place_lights(scene, work, light_xpos, light_xdir, n)
+            for k in range(places.shape[1]):
+                half = halves[n, k]
+                if not (_place_camera(places[n, k], axes[n, k], half, work.camera) and finite):
+                    out[n, k] = 0.0
+                    continue
+                faced = _face(scene, work, half)
+                pixel = 2.0 * half / (grid * np.sqrt(rays))
+                for row in range(grid):
+                    for column in range(grid):
+                        red, green, blue = 0.0, 0.0, 0.0
+                        for i in range(rays):
+                            a = (column + offsets[i, 0]) * (2.0 / grid) - 1.0
+                            b = 1.0 - (row + offsets[i, 1]) * (2.0 / grid)
+                            s, t = nearest(
+                                scene.shapes, work.views, work.order, faced.seen, a, b, scene.near, scene.far
+                            )
+                            r, g, b2 = shade(scene, work, work.camera, faced, s, t, a, b, pixel)
+                            red, green, blue = red + weights[i] * r, green + weights[i] * g, blue + weights[i] * b2
+                        out[n, k, row, column, 0] = red / rays
+                        out[n, k, row, column, 1] = green / rays
+                        out[n, k, row, column, 2] = blue / rays
+
+    return read_states
+
+
+def _digest() -> str:
+    """Digest of the sources of all compiled loops."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+read_states: Callable[..., Any] = _compiled(_digest())
