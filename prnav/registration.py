@@ -10,11 +10,22 @@ def register() -> None:
     """Register the environments with Gymnasium."""
     import gymnasium
 
+    from prnav.domains.control.facts import TASKS
+
     for name in ("PointGoalNav", "TargetNav"):
         gymnasium.register(
             id=f"prnav/{name}-v0",
             entry_point=f"prnav.domains.navigation.env:{name}Env",
             vector_entry_point=f"prnav.domains.navigation.env:{name}VectorEnv",
+            order_enforce=False,
+            disable_env_checker=True,
+        )
+    for facts in TASKS.values():
+        gymnasium.register(
+            id=f"prnav/{facts.env_name}-v0",
+            entry_point="prnav.domains.control.env:ControlEnv",
+            vector_entry_point="prnav.domains.control.env:ControlVectorEnv",
+            kwargs={"task": facts.name},
             order_enforce=False,
             disable_env_checker=True,
         )
