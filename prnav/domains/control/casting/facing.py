@@ -22,7 +22,7 @@ _CLOSE = 1e-9
 """Places of less depth than this [m] have no image."""
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _ball_range(x, z, radius):
     """Least and largest x / z over a ball; all numbers where it reaches behind the camera."""
     if z <= radius * (1.0 + 1e-6):
@@ -32,13 +32,13 @@ def _ball_range(x, z, radius):
     return (x * z - root) / square, (x * z + root) / square
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _into(camera, k, x, y, z):
     """Component of a vector along a camera's right (k = 3), up (6) or forward (9)."""
     return camera[k] * x + camera[k + 1] * y + camera[k + 2] * z
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def write_box(shape, m, camera, half, parallel, box):
     """Write the box around a shape at pose m in a camera's image into ``box`` (4,); parallel rays have no depth.
 
@@ -85,7 +85,7 @@ def write_box(shape, m, camera, half, parallel, box):
     return least
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def face_shapes(scene, poses, camera, half, hidden, views, order):
     """Write the opaque shapes that a camera may see into ``views``, and their numbers, by least depth, into ``order``.
 
@@ -119,7 +119,7 @@ def face_shapes(scene, poses, camera, half, hidden, views, order):
     return seen
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def find_veils(scene, poses, camera, alphas, hidden, veils):
     """Write each shape's opacity as a camera sees it, and the transparent ones in the order in which they are blended.
 
@@ -149,7 +149,7 @@ def find_veils(scene, poses, camera, alphas, hidden, veils):
     return count
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def mirror_camera(camera, m, mirrored):
     """Write the image of a camera in a plane at pose m."""
     nx, ny, nz = m[5], m[8], m[11]

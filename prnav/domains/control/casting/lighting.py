@@ -17,7 +17,7 @@ INNER = 1e-9
 """What rounding may take from a cell's width, as a share."""
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def power(base, exponent):
     """Power; a whole exponent, the usual case, by squaring."""
     whole = int(exponent)
@@ -32,7 +32,7 @@ def power(base, exponent):
     return result
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def lit(shape, lights, group, beams, px, py, pz, nx, ny, nz, ex, ey, ez, factor):
     """Colour of a place of a shape in the light of ``group``, without its texture, each channel at most 1.
 
@@ -89,7 +89,7 @@ def lit(shape, lights, group, beams, px, py, pz, nx, ny, nz, ex, ey, ez, factor)
     )
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _cell(x, half, width, whole):
     """Number and borders of the cell of a plane's grid in which x lies; the outermost take what whole cells leave."""
     left = half - whole > INNER * width
@@ -103,7 +103,7 @@ def _cell(x, half, width, whole):
     return number + 1, low, low + width
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def plane_triangle(shape, x, y, corners):
     """The triangle of a plane's grid in which (x, y) lies: its number, and the weights of its corners.
 

@@ -11,7 +11,7 @@ PLANE, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 0, 2, 3, 4, 5, 6
 INF = np.inf
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _smaller_root(a, b, c):
     """Smaller root of a t^2 + 2 b t + c, inf if there is none."""
     disc = b * b - a * c
@@ -20,7 +20,7 @@ def _smaller_root(a, b, c):
     return (-b - np.sqrt(disc)) / a
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def enter(shape, ox, oy, oz, dx, dy, dz):
     """Ray parameter where a ray enters a solid, or meets a plane within its borders; inf if it does not.
 
@@ -69,7 +69,7 @@ def enter(shape, ox, oy, oz, dx, dy, dz):
     return near if near < far else INF
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _enter_cylinder(radius, half, ox, oy, oz, dx, dy, dz):
     a, b, c = dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - radius * radius
     near, far = -INF, INF
@@ -85,7 +85,7 @@ def _enter_cylinder(radius, half, ox, oy, oz, dx, dy, dz):
     return near if near < far else INF
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _slab(half, o, d, near, far):
     """Where a ray is between -half and half along one axis, and within near and far."""
     if d == 0.0:
@@ -94,7 +94,7 @@ def _slab(half, o, d, near, far):
     return max(near, middle - reach), min(far, middle + reach)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def holds(shape, x, y, z):
     """Whether a place lies inside a solid; a plane holds none."""
     kind, sx, sy = shape.kind, shape.sx, shape.sy
@@ -112,7 +112,7 @@ def holds(shape, x, y, z):
     return x * x + y * y + z * z < sx * sx
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def normal(shape, x, y, z):
     """Outward normal at a place of the surface."""
     kind, sx, sy = shape.kind, shape.sx, shape.sy

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.facing import face_shapes, find_veils, mirror_camera, write_box
 from prnav.domains.control.casting.tracing import nearest, shade
 from prnav.domains.control.textures import Textures
@@ -113,7 +114,7 @@ def new_work(scene: Scene) -> Work:
     )
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n):
     """Write the poses of the shapes in state n; whether they are finite."""
     total = 0.0
@@ -128,7 +129,7 @@ def _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n):
     return np.isfinite(total)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _place_lights(scene, work, light_xpos, light_xdir, n):
     """Write where the scene lights are in state n, also in the frames of the placed shapes; whether they are finite."""
     total = 0.0
@@ -159,7 +160,7 @@ def _place_lights(scene, work, light_xpos, light_xdir, n):
     return np.isfinite(total)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _place_camera(place, axes, half, camera):
     """Write a sensor as a camera; whether it is finite."""
     total = half
@@ -170,7 +171,7 @@ def _place_camera(place, axes, half, camera):
     return np.isfinite(total)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _face(scene, work, half):
     """Sort the placed shapes for the placed camera."""
     shapes = len(scene.shapes)
@@ -191,6 +192,36 @@ def _face(scene, work, half):
                 scene, work.poses, work.mirrored, half, work.hidden, work.mirror_views, work.mirror_order
             )
     return Faced(seen, veils, mirror, mirrored)
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _borrowed_scene(scene):
+    textures = Textures(
+        borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.count)
+    )
+    return Scene(borrowed(scene.shapes), borrowed(scene.lights), textures, scene.sky, scene.near, scene.far)
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _borrowed_work(work):
+    return Work(
+        borrowed(work.poses),
+        borrowed(work.beams),
+        borrowed(work.lamps),
+        borrowed(work.lamp_boxes),
+        borrowed(work.camera),
+        borrowed(work.mirrored),
+        borrowed(work.views),
+        borrowed(work.mirror_views),
+        borrowed(work.order),
+        borrowed(work.mirror_order),
+        borrowed(work.alphas),
+        borrowed(work.hidden),
+        Veils(borrowed(work.veils.shape), borrowed(work.veils.away), borrowed(work.veils.layer)),
+        borrowed(work.corners),
+        borrowed(work.triangle),
+        borrowed(work.glow),
+    )
 
 
 def _compiled(sources: str) -> Callable[..., None]:
@@ -218,6 +249,9 @@ def _compiled(sources: str) -> Callable[..., None]:
             out: readings; 0 where a pose is not finite.
         """
         _ = sources
+        scene, work = _borrowed_scene(scene), _borrowed_work(work)
+        places, axes, halves, out = borrowed(places), borrowed(axes), borrowed(halves), borrowed(out)
+        offsets, weights = borrowed(offsets), borrowed(weights)
         rays = len(offsets)
         for n in range(start, stop):
             finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)

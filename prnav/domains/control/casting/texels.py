@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _texel(textures, texture, level, u, v, face):
     """Bilinear reading of one level, 0 to 255: of a cube's face, held at its border, or of a repeated one (face -1)."""
     start, width, height = textures.table[texture, level]
@@ -35,7 +35,7 @@ def _texel(textures, texture, level, u, v, face):
     )
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _sample(textures, texture, u, v, footprint, face):
     """Colour, 0 to 1, of a texture at (u, v), mean over about ``footprint`` texels each way."""
     coarsest = textures.count[texture] - 1
@@ -51,7 +51,7 @@ def _sample(textures, texture, u, v, footprint, face):
     return red * (1.0 / 255.0), green * (1.0 / 255.0), blue * (1.0 / 255.0)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def plane_color(shape, textures, x, y, width):
     """Colour of a plane's texture at (x, y), mean over about ``width`` [m] each way."""
     _, wide, high = textures.table[shape.texture, 0]
@@ -60,7 +60,7 @@ def plane_color(shape, textures, x, y, width):
     return _sample(textures, shape.texture, u - np.floor(u), v - np.floor(v), footprint, -1)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def sky_color(textures, sky, dx, dy, dz, pixel):
     """Colour of the sky in a direction of the world, for pixels ``pixel`` wide at depth 1; black without a sky."""
     if sky < 0:

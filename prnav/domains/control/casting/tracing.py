@@ -10,7 +10,7 @@ from prnav.domains.control.casting.solids import INF, PLANE, enter, holds, norma
 from prnav.domains.control.casting.texels import plane_color, sky_color
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def nearest(shapes, views, order, seen, a, b, near, far):
     """The first shape that a ray through (a, b) meets between two depths, -1 for none, and the depth."""
     best = -1
@@ -35,7 +35,7 @@ def nearest(shapes, views, order, seen, a, b, near, far):
     return best, far
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _is_shadowed(scene, work, number, s, px, py, pz):
     """Whether something stands between a place of the world on shape s and a light."""
     light, lamp = scene.lights[number], work.lamps[number]
@@ -66,7 +66,7 @@ def _is_shadowed(scene, work, number, s, px, py, pz):
     return False
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _glow(scene, work, s, x, y, ex, ey, ez):
     """Where a plane's light is kept for its triangle around (x, y), computed if it is not; weights of the corners."""
     shape = scene.shapes[s]
@@ -85,7 +85,7 @@ def _glow(scene, work, s, x, y, ex, ey, ez):
     return w0, w1, w2
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _surface(scene, work, camera, s, t, a, b, pixel):
     """Colour of shape s where a ray through (a, b) meets it at depth t: what it mirrors apart."""
     shape, row = scene.shapes[s], work.views[s]
@@ -130,7 +130,7 @@ def _surface(scene, work, camera, s, t, a, b, pixel):
     return red, green, blue
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def _plain_surface(scene, work, views, s, t, a, b, pixel, factor):
     """The same in the light of all lights, without shadows, its own colour times ``factor``."""
     shape, row, beams = scene.shapes[s], views[s], work.beams[s]
@@ -181,7 +181,7 @@ def _veiled(scene, work, views, count, near, far, mirror, a, b, pixel, factor, r
     return red, green, blue
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def shade(scene, work, camera, faced, s, t, a, b, pixel):
     """Colour of the ray through (a, b), which first meets shape s at depth t; the sky where s is -1."""
     if s < 0:
