@@ -90,6 +90,8 @@ class Appearance(NamedTuple):
     """What is nearer than this along a camera's axis is not seen [m]."""
     far: float
     """Nor is what is farther than this [m]."""
+    mirror: int
+    """The shape that mirrors others, -1 for none: the first reflecting plane, as the renderer allows but one."""
 
 
 def build_appearance(model: mujoco.MjModel, floor: FloorAnchor = "today") -> Appearance:
@@ -102,13 +104,16 @@ def build_appearance(model: mujoco.MjModel, floor: FloorAnchor = "today") -> App
         raise RenderError(f"floor {floor!r} is not known; valid: today, mujoco-3.11")
     sky = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
     extent = float(model.stat.extent)
+    shapes = _shapes(model, floor)
+    mirrors = np.flatnonzero((shapes["reflectance"] > 0.0) & (shapes["kind"] == PLANE))
     return Appearance(
-        _shapes(model, floor),
+        shapes,
         _lights(model),
         build_textures(model),
         int(sky[0]) if len(sky) else -1,
         float(model.vis.map.znear) * extent,
         float(model.vis.map.zfar) * extent,
+        int(mirrors[0]) if len(mirrors) else -1,
     )
 
 

@@ -64,7 +64,7 @@ class Caster:
             RenderError: the model has what the caster cannot draw, or a setting is not valid.
         """
         looks = build_appearance(model, floor)
-        self._scene = Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far)
+        self._scene = Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far, looks.mirror)
         self._counts = (model.ngeom, model.nsite, model.nlight)
         self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern)
 

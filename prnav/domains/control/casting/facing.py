@@ -49,20 +49,24 @@ def write_box(shape, m, camera, half, parallel, box):
     z = _into(camera, 9, cx, cy, cz)
     long = shape.kind == CAPSULE or shape.kind == CYLINDER
     if shape.kind == PLANE:
-        least = INF
-        box[0], box[1], box[2], box[3] = INF, -INF, INF, -INF
-        for corner in range(4):
-            p = shape.sx if corner & 1 else -shape.sx
-            q = shape.sy if corner & 2 else -shape.sy
-            wx, wy, wz = p * m[3] + q * m[4], p * m[6] + q * m[7], p * m[9] + q * m[10]
-            u, v = x + _into(camera, 3, wx, wy, wz) / half, y + _into(camera, 6, wx, wy, wz) / half
-            w = z + _into(camera, 9, wx, wy, wz)
-            least = min(least, w)
-            if not parallel:
-                u, v = (u / w, v / w) if w > _CLOSE else (INF, INF)
-            box[0], box[1], box[2], box[3] = min(box[0], u), max(box[1], u), min(box[2], v), max(box[3], v)
-        if not parallel and least <= _CLOSE:
+        px, py, pz = m[3] * shape.sx, m[6] * shape.sx, m[9] * shape.sx
+        qx, qy, qz = m[4] * shape.sy, m[7] * shape.sy, m[10] * shape.sy
+        pu, pv, pw = _into(camera, 3, px, py, pz) / half, _into(camera, 6, px, py, pz) / half, _into(camera, 9, px, py, pz)
+        qu, qv, qw = _into(camera, 3, qx, qy, qz) / half, _into(camera, 6, qx, qy, qz) / half, _into(camera, 9, qx, qy, qz)
+        least = z - abs(pw) - abs(qw)
+        if parallel:
+            box[0], box[1] = x - abs(pu) - abs(qu), x + abs(pu) + abs(qu)
+            box[2], box[3] = y - abs(pv) - abs(qv), y + abs(pv) + abs(qv)
+        elif least <= _CLOSE:
             box[0], box[1], box[2], box[3] = -INF, INF, -INF, INF
+        else:
+            u, v = (x - pu - qu) / (z - pw - qw), (y - pv - qv) / (z - pw - qw)
+            box[0], box[1], box[2], box[3] = u, u, v, v
+            for corner in range(1, 4):
+                p, q = 1.0 if corner & 1 else -1.0, 1.0 if corner & 2 else -1.0
+                w = z + p * pw + q * qw
+                u, v = (x + p * pu + q * qu) / w, (y + p * pv + q * qv) / w
+                box[0], box[1], box[2], box[3] = min(box[0], u), max(box[1], u), min(box[2], v), max(box[3], v)
     else:
         radius = shape.sx if long else shape.bound
         reach = shape.sy if long else 0.0
@@ -86,30 +90,44 @@ def write_box(shape, m, camera, half, parallel, box):
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def face_shapes(scene, poses, camera, half, hidden, views, order):
-    """Write the opaque shapes that a camera may see into ``views``, and their numbers, by least depth, into ``order``.
+def turn_camera(m, camera, row):
+    """Write a camera in the frame of a shape at pose m into its row of ``views``."""
+    x, y, z = camera[0] - m[0], camera[1] - m[1], camera[2] - m[2]
+    for k in range(3):
+        row[k] = m[3 + k] * x + m[6 + k] * y + m[9 + k] * z
+        for axis in range(3, 12, 3):
+            row[axis + k] = m[3 + k] * camera[axis] + m[6 + k] * camera[axis + 1] + m[9 + k] * camera[axis + 2]
 
-    Shapes that ``hidden`` (S,) marks are transformed, but not listed.
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def aim_headlight(m, camera, beam):
+    """Write the direction to the headlight, against where the camera looks, in the frame of a shape at pose m."""
+    for k in range(3):
+        beam[k] = -(m[3 + k] * camera[9] + m[6 + k] * camera[10] + m[9 + k] * camera[11])
+
+
+@njit(nogil=True, error_model="numpy")
+def face_shapes(shapes, poses, camera, half, near, hidden, views, order):
+    """Write the opaque shapes that a camera may see, other than those ``hidden`` (S,), into ``views`` and ``order``.
 
     Returns:
-        How many there are.
+        How many there are; the first in ``order`` have the least depth.
     """
     seen = 0
-    for s in range(len(scene.shapes)):
-        shape, m, row = scene.shapes[s], poses[s], views[s]
-        x, y, z = camera[0] - m[0], camera[1] - m[1], camera[2] - m[2]
-        for k in range(3):
-            row[k] = m[3 + k] * x + m[6 + k] * y + m[9 + k] * z
-            for axis in range(3, 12, 3):
-                row[axis + k] = m[3 + k] * camera[axis] + m[6 + k] * camera[axis + 1] + m[9 + k] * camera[axis + 2]
-        if hidden[s] or (shape.kind == PLANE and row[2] <= 0.0):
+    for s in range(len(shapes)):
+        if hidden[s]:
             continue
+        shape, m = shapes[s], poses[s]
+        if shape.kind == PLANE:
+            height = m[5] * (camera[0] - m[0]) + m[8] * (camera[1] - m[1]) + m[11] * (camera[2] - m[2])
+            if height <= 0.0:
+                continue
+        row = views[s]
         least = write_box(shape, m, camera, half, False, row[13:17])
+        if least + 2.0 * shape.bound < near or row[13] > 1.0 or row[14] < -1.0 or row[15] > 1.0 or row[16] < -1.0:
+            continue
         row[12] = least
-        if least + 2.0 * shape.bound < scene.near:
-            continue
-        if row[13] > 1.0 or row[14] < -1.0 or row[15] > 1.0 or row[16] < -1.0:
-            continue
+        turn_camera(m, camera, row)
         at = seen
         while at > 0 and views[order[at - 1], 12] > least:
             order[at] = order[at - 1]

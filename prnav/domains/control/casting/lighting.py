@@ -104,18 +104,13 @@ def _cell(x, half, width, whole):
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def plane_triangle(shape, x, y, corners):
-    """The triangle of a plane's grid in which (x, y) lies: its number, and the weights of its corners.
+def plane_cell(shape, x, y):
+    """The cell of a plane's grid of vertices in which (x, y) lies.
 
-    ``corners`` (3, 2) gets their places. Cells are cut from (low x, high y) to (high x, low y).
+    Returns:
+        Its column and row, where it begins and ends along x and y, and where in it (x, y) lies, 0 to 1. It is cut into
+        two triangles, from (low x, high y) to (high x, low y).
     """
     column, x0, x1 = _cell(x, shape.sx, shape.cell_x, shape.whole_x)
     row, y0, y1 = _cell(y, shape.sy, shape.cell_y, shape.whole_y)
-    u, v = (x - x0) / (x1 - x0), (y - y0) / (y1 - y0)
-    corners[1, 0], corners[1, 1], corners[2, 0], corners[2, 1] = x1, y0, x0, y1
-    number = 2 * (1024 * row + column)
-    if u + v <= 1.0:
-        corners[0, 0], corners[0, 1] = x0, y0
-        return number, 1.0 - u - v, u, v
-    corners[0, 0], corners[0, 1] = x1, y1
-    return number + 1, u + v - 1.0, 1.0 - v, 1.0 - u
+    return column, row, x0, x1, y0, y1, (x - x0) / (x1 - x0), (y - y0) / (y1 - y0)

@@ -12,8 +12,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from prnav.domains.control.casting.borrow import borrowed
-from prnav.domains.control.casting.facing import face_shapes, find_veils, mirror_camera, write_box
-from prnav.domains.control.casting.tracing import nearest, shade
+from prnav.domains.control.casting.facing import (
+    aim_headlight,
+    face_shapes,
+    find_veils,
+    mirror_camera,
+    turn_camera,
+    write_box,
+)
+from prnav.domains.control.casting.tracing import KEPT, nearest, shade
 from prnav.domains.control.textures import Textures
 
 Float64 = NDArray[np.float64]
@@ -29,6 +36,8 @@ class Scene(NamedTuple):
     sky: int
     near: float
     far: float
+    mirror: int
+    """The plane that mirrors when it is seen from its front, -1 for none."""
 
 
 class Veils(NamedTuple):
@@ -83,12 +92,10 @@ class Work(NamedTuple):
     hidden: NDArray[np.bool_]
     """Shapes that are not listed as opaque, (S,)."""
     veils: Veils
-    corners: Float64
-    """Corners of a plane's triangle, (3, 2)."""
-    triangle: Int64
-    """The triangle of each plane whose light is kept, (S,)."""
+    kept: Int64
+    """Vertices of each plane whose light is kept, (S, KEPT); numbers grow with each sensor."""
     glow: Float64
-    """That light at its corners: of the first pass, and of each light that casts shadows, (S, L + 1, 3, 3)."""
+    """That light: of the first pass, and of each light that casts shadows, (S, KEPT, L + 1, 3)."""
 
 
 def new_work(scene: Scene) -> Work:
@@ -108,9 +115,8 @@ def new_work(scene: Scene) -> Work:
         alphas=np.zeros(shapes),
         hidden=np.zeros(shapes, np.bool_),
         veils=Veils(np.zeros(shapes, np.int64), np.zeros(shapes), np.zeros((shapes, 4))),
-        corners=np.zeros((3, 2)),
-        triangle=np.zeros(shapes, np.int64),
-        glow=np.zeros((shapes, lights, 3, 3)),
+        kept=np.full((shapes, KEPT), -1),
+        glow=np.zeros((shapes, KEPT, lights, 3)),
     )
 
 
@@ -174,23 +180,30 @@ def _place_camera(place, axes, half, camera):
 @njit(nogil=True, error_model="numpy", forceinline=True)
 def _face(scene, work, half):
     """Sort the placed shapes for the placed camera."""
-    shapes = len(scene.shapes)
-    veils = find_veils(scene, work.poses, work.camera, work.alphas, work.hidden, work.veils)
-    seen = face_shapes(scene, work.poses, work.camera, half, work.hidden, work.views, work.order)
+    shapes, poses, camera = scene.shapes, work.poses, work.camera
+    veils = find_veils(scene, poses, camera, work.alphas, work.hidden, work.veils)
+    seen = face_shapes(shapes, poses, camera, half, scene.near, work.hidden, work.views, work.order)
     mirror, mirrored = -1, 0
-    for s in range(shapes):
-        work.triangle[s] = -1
-        for k in range(3):
-            work.beams[s, 0, k] = -work.views[s, 9 + k]
-        if mirror < 0 and scene.shapes[s].reflectance > 0.0 and scene.shapes[s].kind == 0 and not work.hidden[s]:
-            mirror = s
     for i in range(seen):
-        if work.order[i] == mirror:
-            mirror_camera(work.camera, work.poses[mirror], work.mirrored)
-            work.hidden[mirror] = True
-            mirrored = face_shapes(
-                scene, work.poses, work.mirrored, half, work.hidden, work.mirror_views, work.mirror_order
-            )
+        s = work.order[i]
+        aim_headlight(poses[s], camera, work.beams[s, 0])
+        if s == scene.mirror:
+            mirror = s
+    if mirror >= 0:
+        mirror_camera(camera, poses[mirror], work.mirrored)
+        work.hidden[mirror] = True
+        mirrored = face_shapes(
+            shapes, poses, work.mirrored, half, scene.near, work.hidden, work.mirror_views, work.mirror_order
+        )
+        for i in range(mirrored):
+            s = work.mirror_order[i]
+            aim_headlight(poses[s], camera, work.beams[s, 0])
+    for i in range(veils):
+        s = work.veils.shape[i]
+        aim_headlight(poses[s], camera, work.beams[s, 0])
+        turn_camera(poses[s], camera, work.views[s])
+        if mirror >= 0:
+            turn_camera(poses[s], work.mirrored, work.mirror_views[s])
     return Faced(seen, veils, mirror, mirrored)
 
 
@@ -199,7 +212,7 @@ def _borrowed_scene(scene):
     textures = Textures(
         borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.count)
     )
-    return Scene(borrowed(scene.shapes), borrowed(scene.lights), textures, scene.sky, scene.near, scene.far)
+    return Scene(borrowed(scene.shapes), borrowed(scene.lights), textures, scene.sky, scene.near, scene.far, scene.mirror)
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
@@ -218,8 +231,7 @@ def _borrowed_work(work):
         borrowed(work.alphas),
         borrowed(work.hidden),
         Veils(borrowed(work.veils.shape), borrowed(work.veils.away), borrowed(work.veils.layer)),
-        borrowed(work.corners),
-        borrowed(work.triangle),
+        borrowed(work.kept),
         borrowed(work.glow),
     )
 
@@ -262,6 +274,7 @@ def _compiled(sources: str) -> Callable[..., None]:
                     out[n, k] = 0.0
                     continue
                 faced = _face(scene, work, half)
+                stamp = n * places.shape[1] + k
                 pixel = 2.0 * half / (grid * np.sqrt(rays))
                 for row in range(grid):
                     for column in range(grid):
@@ -272,7 +285,7 @@ def _compiled(sources: str) -> Callable[..., None]:
                             s, t = nearest(
                                 scene.shapes, work.views, work.order, faced.seen, a, b, scene.near, scene.far
                             )
-                            r, g, b2 = shade(scene, work, work.camera, faced, s, t, a, b, pixel)
+                            r, g, b2 = shade(scene, work, work.camera, faced, stamp, s, t, a, b, pixel)
                             red, green, blue = red + weights[i] * r, green + weights[i] * g, blue + weights[i] * b2
                         out[n, k, row, column, 0] = red / rays
                         out[n, k, row, column, 1] = green / rays

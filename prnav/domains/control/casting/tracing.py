@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from prnav.domains.control.casting.lighting import ALL_LIGHTS, FIRST_PASS, lit, plane_triangle
+from prnav.domains.control.casting.lighting import ALL_LIGHTS, FIRST_PASS, lit, plane_cell
 from prnav.domains.control.casting.solids import INF, PLANE, enter, holds, normal
 from prnav.domains.control.casting.texels import plane_color, sky_color
+
+KEPT = 16
+"""Vertices of each plane whose light is kept while a sensor's rays are computed."""
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
@@ -66,27 +69,29 @@ def _is_shadowed(scene, work, number, s, px, py, pz):
     return False
 
 
-@njit(nogil=True, error_model="numpy", forceinline=True)
-def _glow(scene, work, s, x, y, ex, ey, ez):
-    """Where a plane's light is kept for its triangle around (x, y), computed if it is not; weights of the corners."""
-    shape = scene.shapes[s]
-    number, w0, w1, w2 = plane_triangle(shape, x, y, work.corners)
-    if work.triangle[s] != number:
-        work.triangle[s] = number
-        for group in range(len(scene.lights)):  # row 0: the first pass
-            if group > 0 and not scene.lights[group].shadows:
-                continue
-            for k in range(3):
-                glow = work.glow[s, group, k]
-                glow[0], glow[1], glow[2] = lit(
-                    shape, scene.lights, FIRST_PASS if group == 0 else group, work.beams[s],
-                    work.corners[k, 0], work.corners[k, 1], 0.0, 0.0, 0.0, 1.0, ex, ey, ez, 1.0,
-                )  # fmt: skip
-    return w0, w1, w2
+@njit(nogil=True, error_model="numpy")
+def _light_vertex(shape, lights, beams, x, y, ex, ey, ez, glow):
+    """Write the light at a plane's vertex into ``glow`` (L + 1, 3)."""
+    for group in range(len(lights)):  # row 0 is the first pass
+        if group == 0 or lights[group].shadows:
+            glow[group, 0], glow[group, 1], glow[group, 2] = lit(
+                shape, lights, FIRST_PASS if group == 0 else group, beams, x, y, 0.0, 0.0, 0.0, 1.0, ex, ey, ez, 1.0
+            )
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def _surface(scene, work, camera, s, t, a, b, pixel):
+def _glow(scene, work, stamp, s, column, row, x, y, ex, ey, ez):
+    """Where the light at a vertex of plane s is kept; it is computed if it is not."""
+    slot = (column + 4 * row) % KEPT
+    number = (stamp * 1024 + row) * 1024 + column
+    if work.kept[s, slot] != number:
+        work.kept[s, slot] = number
+        _light_vertex(scene.shapes[s], scene.lights, work.beams[s], x, y, ex, ey, ez, work.glow[s, slot])
+    return slot
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _surface(scene, work, camera, stamp, s, t, a, b, pixel):
     """Colour of shape s where a ray through (a, b) meets it at depth t: what it mirrors apart."""
     shape, row = scene.shapes[s], work.views[s]
     ex, ey, ez = row[0], row[1], row[2]
@@ -96,12 +101,21 @@ def _surface(scene, work, camera, s, t, a, b, pixel):
     z = ez + t * dz
     flat = shape.kind == PLANE
     nx, ny, nz, w0, w1, w2 = 0.0, 0.0, 1.0, 1.0, 0.0, 0.0
+    v0, v1, v2 = 0, 0, 0
+    glow = work.glow
     if flat:
-        w0, w1, w2 = _glow(scene, work, s, x, y, ex, ey, ez)
-        glow = work.glow[s, 0]
-        red = w0 * glow[0, 0] + w1 * glow[1, 0] + w2 * glow[2, 0]
-        green = w0 * glow[0, 1] + w1 * glow[1, 1] + w2 * glow[2, 1]
-        blue = w0 * glow[0, 2] + w1 * glow[1, 2] + w2 * glow[2, 2]
+        column, line, x0, x1, y0, y1, u, v = plane_cell(shape, x, y)
+        if u + v <= 1.0:
+            w0, w1, w2 = 1.0 - u - v, u, v
+            v0 = _glow(scene, work, stamp, s, column, line, x0, y0, ex, ey, ez)
+        else:
+            w0, w1, w2 = u + v - 1.0, 1.0 - v, 1.0 - u
+            v0 = _glow(scene, work, stamp, s, column + 1, line + 1, x1, y1, ex, ey, ez)
+        v1 = _glow(scene, work, stamp, s, column + 1, line, x1, y0, ex, ey, ez)
+        v2 = _glow(scene, work, stamp, s, column, line + 1, x0, y1, ex, ey, ez)
+        red = w0 * glow[s, v0, 0, 0] + w1 * glow[s, v1, 0, 0] + w2 * glow[s, v2, 0, 0]
+        green = w0 * glow[s, v0, 0, 1] + w1 * glow[s, v1, 0, 1] + w2 * glow[s, v2, 0, 1]
+        blue = w0 * glow[s, v0, 0, 2] + w1 * glow[s, v1, 0, 2] + w2 * glow[s, v2, 0, 2]
     else:
         nx, ny, nz = normal(shape, x, y, z)
         red, green, blue = lit(
@@ -111,10 +125,9 @@ def _surface(scene, work, camera, s, t, a, b, pixel):
         if not scene.lights[number].shadows:
             continue
         if flat:
-            glow = work.glow[s, number]
-            r = w0 * glow[0, 0] + w1 * glow[1, 0] + w2 * glow[2, 0]
-            g = w0 * glow[0, 1] + w1 * glow[1, 1] + w2 * glow[2, 1]
-            b2 = w0 * glow[0, 2] + w1 * glow[1, 2] + w2 * glow[2, 2]
+            r = w0 * glow[s, v0, number, 0] + w1 * glow[s, v1, number, 0] + w2 * glow[s, v2, number, 0]
+            g = w0 * glow[s, v0, number, 1] + w1 * glow[s, v1, number, 1] + w2 * glow[s, v2, number, 1]
+            b2 = w0 * glow[s, v0, number, 2] + w1 * glow[s, v1, number, 2] + w2 * glow[s, v2, number, 2]
         else:
             r, g, b2 = lit(shape, scene.lights, number, work.beams[s], x, y, z, nx, ny, nz, ex, ey, ez, 1.0)
         if r + g + b2 > 0.0 and not _is_shadowed(
@@ -142,11 +155,16 @@ def _plain_surface(scene, work, views, s, t, a, b, pixel, factor):
     if shape.kind != PLANE:
         nx, ny, nz = normal(shape, x, y, z)
         return lit(shape, scene.lights, ALL_LIGHTS, beams, x, y, z, nx, ny, nz, ex, ey, ez, factor)
-    _, w0, w1, w2 = plane_triangle(shape, x, y, work.corners)
+    _, _, x0, x1, y0, y1, u, v = plane_cell(shape, x, y)
+    low = u + v <= 1.0
     red, green, blue = 0.0, 0.0, 0.0
     for k in range(3):
-        weight = w0 if k == 0 else w1 if k == 1 else w2
-        cx, cy = work.corners[k, 0], work.corners[k, 1]
+        if k == 0:
+            weight, cx, cy = (1.0 - u - v, x0, y0) if low else (u + v - 1.0, x1, y1)
+        elif k == 1:
+            weight, cx, cy = u if low else 1.0 - v, x1, y0
+        else:
+            weight, cx, cy = v if low else 1.0 - u, x0, y1
         r, g, b2 = lit(shape, scene.lights, ALL_LIGHTS, beams, cx, cy, 0.0, 0.0, 0.0, 1.0, ex, ey, ez, factor)
         red, green, blue = red + weight * r, green + weight * g, blue + weight * b2
     if shape.texture >= 0:
@@ -182,7 +200,7 @@ def _veiled(scene, work, views, count, near, far, mirror, a, b, pixel, factor, r
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def shade(scene, work, camera, faced, s, t, a, b, pixel):
+def shade(scene, work, camera, faced, stamp, s, t, a, b, pixel):
     """Colour of the ray through (a, b), which first meets shape s at depth t; the sky where s is -1."""
     if s < 0:
         red, green, blue = sky_color(
@@ -194,7 +212,7 @@ def shade(scene, work, camera, faced, s, t, a, b, pixel):
             pixel,
         )
     else:
-        red, green, blue = _surface(scene, work, camera, s, t, a, b, pixel)
+        red, green, blue = _surface(scene, work, camera, stamp, s, t, a, b, pixel)
         if s == faced.mirror:
             # the mirrored camera sees through the mirror at the same depth
             r, g, b2 = 0.0, 0.0, 0.0
