@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.domains.control.appearance import FloorAnchor, build_appearance
-from prnav.domains.control.casting import Scene, new_work, read_states
+from prnav.domains.control.casting import Scene, new_strip, new_work, read_states
 from prnav.domains.control.engine import mujoco
 from prnav.errors import RenderError
 from prnav.render.rays import rays_per_side
-from prnav.render.sampling import Sampling
 
 Float64 = NDArray[np.float64]
 Float32 = NDArray[np.float32]
@@ -50,15 +49,16 @@ class Caster:
     """Readings and pictures of sensors among a model's shapes."""
 
     def __init__(
-        self, model: mujoco.MjModel, floor: FloorAnchor = "today", rays_per_receptor: int = 16, pattern: str = "grid"
+        self, model: mujoco.MjModel, floor: FloorAnchor = "today", rays_per_receptor: int = 16, samples: int = 4
     ) -> None:
         """Caster of a compiled model.
 
         Args:
             model: what is drawn. Sizes, colours and lights are read now; poses come with each call.
             floor: where the textures of planes begin; "mujoco-3.11" is how they lay at the time of the paper.
-            rays_per_receptor: rays averaged in a receptor, a square number.
-            pattern: where they lie in its patch, see :func:`prnav.render.sampling.patch_offsets`.
+            rays_per_receptor: rays averaged in a receptor, a square number; they stand for equal squares of its patch.
+            samples: points of each such square at which it is seen what lies there, a square number. Colours are
+                computed once for each shape in it, as multisampling does, which smooths edges at little cost.
 
         Raises:
             RenderError: the model has what the caster cannot draw, or a setting is not valid.
@@ -66,7 +66,8 @@ class Caster:
         looks = build_appearance(model, floor)
         self._scene = Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far, looks.mirror)
         self._counts = (model.ngeom, model.nsite, model.nlight)
-        self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern)
+        self._side = rays_per_side(rays_per_receptor)
+        self._samples = rays_per_side(samples)
 
     def read(
         self, poses: WorldPoses, places: ArrayLike, axes: ArrayLike, fovs: ArrayLike, grid: int = 4, threads: int = 1
@@ -86,7 +87,7 @@ class Caster:
         Raises:
             RenderError: a wrong shape, or a field of view outside (0, pi).
         """
-        return self._cast(poses, places, axes, fovs, grid, self._sampling, threads)
+        return self._cast(poses, places, axes, fovs, grid, self._side, threads)
 
     def image(
         self,
@@ -99,8 +100,7 @@ class Caster:
         threads: int = 1,
     ) -> Float32:
         """Square pictures, 0 to 1, (N, K, size, size, 3); arguments as in :meth:`read`."""
-        sampling = Sampling(rays_per_side(rays_per_pixel), self._sampling.pattern)
-        return self._cast(poses, places, axes, fovs, size, sampling, threads)
+        return self._cast(poses, places, axes, fovs, size, rays_per_side(rays_per_pixel), threads)
 
     def _cast(
         self,
@@ -109,7 +109,7 @@ class Caster:
         axes: ArrayLike,
         fovs: ArrayLike,
         grid: int,
-        sampling: Sampling,
+        side: int,
         threads: int,
     ) -> Float32:
         places_NK3 = np.asarray(places, np.float64)
@@ -136,7 +136,7 @@ class Caster:
         def work(start: int, stop: int) -> None:
             read_states(
                 self._scene, new_work(self._scene), *parts, places_NK3, axes_NK33, halves_NK,
-                sampling.offsets, sampling.weights, grid, start, stop, out,
+                new_strip(grid, side * self._samples), grid, self._samples, start, stop, out,
             )  # fmt: skip
 
         threads = max(1, min(threads, states))

@@ -20,7 +20,8 @@ from prnav.domains.control.casting.facing import (
     turn_camera,
     write_box,
 )
-from prnav.domains.control.casting.tracing import KEPT, nearest, shade
+from prnav.domains.control.casting.tracing import KEPT, meet, shade
+from prnav.domains.control.casting.visibility import scan
 from prnav.domains.control.textures import Textures
 
 Float64 = NDArray[np.float64]
@@ -96,6 +97,26 @@ class Work(NamedTuple):
     """Vertices of each plane whose light is kept, (S, KEPT); numbers grow with each sensor."""
     glow: Float64
     """That light: of the first pass, and of each light that casts shadows, (S, KEPT, L + 1, 3)."""
+
+
+class Strip(NamedTuple):
+    """Samples of a row of receptors: H down, W across, as many of them to each receptor as down."""
+
+    across: Float64
+    """Where they lie across the image, -1 to 1, (W,)."""
+    down: Float64
+    """Where they lie down the image, -1 to 1, (H,); the row's own."""
+    depth: Float64
+    """Of what they show [m], (H, W)."""
+    shape: Int64
+    """What they show, -1 for the sky, (H, W)."""
+
+
+def new_strip(grid: int, side: int) -> Strip:
+    """Room for a row of ``grid`` receptors of ``side`` x ``side`` samples."""
+    wide = grid * side
+    across = (np.arange(wide) + 0.5) * (2.0 / wide) - 1.0
+    return Strip(across, np.zeros(side), np.zeros((side, wide)), np.zeros((side, wide), np.int64))
 
 
 def new_work(scene: Scene) -> Work:
@@ -236,13 +257,53 @@ def _borrowed_work(work):
     )
 
 
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _read_strip(scene, work, strip, faced, stamp, half, grid, row, samples, out):
+    """Write the readings of a row of receptors into ``out`` (grid, 3).
+
+    What a ray stands for, a square of the image, is covered by samples x samples points. Each shape that covers some of
+    them is shaded once, in their midst, and counts as much as its share of them.
+    """
+    across, down, depth, shape = strip
+    wide, high = len(across), len(down)
+    for i in range(high):
+        down[i] = (row + (i + 0.5) / high) * (2.0 / grid) - 1.0
+    scan(scene, work.views, work.order, faced.seen, across, down, depth, shape)
+    side = high // samples
+    pixel = 2.0 * half / (grid * side)
+    share = 1.0 / (high * high)
+    for column in range(grid):
+        red, green, blue = 0.0, 0.0, 0.0
+        for i in range(0, high, samples):
+            for j in range(column * high, (column + 1) * high, samples):
+                for first in range(samples * samples):
+                    p, q = i + first // samples, j + first % samples
+                    s = shape[p, q]
+                    if s < -1:  # counted already
+                        continue
+                    a, b, count = 0.0, 0.0, 0
+                    for other in range(first, samples * samples):
+                        u, v = i + other // samples, j + other % samples
+                        if shape[u, v] == s:
+                            shape[u, v] = -2
+                            a, b, count = a + across[v], b - down[u], count + 1
+                    a, b, t = a / count, b / count, depth[p, q]
+                    if count > 1 and s >= 0:
+                        t = meet(scene.shapes[s], work.views[s], a, b)
+                        if not scene.near <= t < scene.far:  # a near plane's cut can leave no midst
+                            a, b, t = across[q], -down[p], depth[p, q]
+                    r, g, b2 = shade(scene, work, work.camera, faced, stamp, s, t, a, b, pixel)
+                    red, green, blue = red + count * r, green + count * g, blue + count * b2
+        out[column, 0], out[column, 1], out[column, 2] = red * share, green * share, blue * share
+
+
 def _compiled(sources: str) -> Callable[..., None]:
     """The compiled loop. That it refers to a digest of all sources makes the compiler's cache see every change."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def read_states(
         scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, light_xpos, light_xdir, places, axes, halves,
-        offsets, weights, grid, start, stop, out,
+        strip, grid, samples, start, stop, out,
     ):  # fmt: skip
         """Readings of K sensors in states ``start`` to ``stop`` of N, into ``out`` (N, K, grid, grid, 3).
 
@@ -253,9 +314,9 @@ def _compiled(sources: str) -> Callable[..., None]:
             places: sensors' places in the world (N, K, 3).
             axes: their axes, columns right, up and back (N, K, 3, 3).
             halves: tangents of half their fields of view (N, K).
-            offsets: where rays meet a receptor's patch (R, 2), see :mod:`prnav.render.sampling`.
-            weights: how much they count (R,), 1 in the mean.
+            strip: room for a row of receptors.
             grid: receptors per row.
+            samples: samples along each side of what a ray stands for.
             start: first state.
             stop: the state after the last.
             out: readings; 0 where a pose is not finite.
@@ -263,8 +324,7 @@ def _compiled(sources: str) -> Callable[..., None]:
         _ = sources
         scene, work = _borrowed_scene(scene), _borrowed_work(work)
         places, axes, halves, out = borrowed(places), borrowed(axes), borrowed(halves), borrowed(out)
-        offsets, weights = borrowed(offsets), borrowed(weights)
-        rays = len(offsets)
+        strip = Strip(borrowed(strip.across), borrowed(strip.down), borrowed(strip.depth), borrowed(strip.shape))
         for n in range(start, stop):
             finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)
             finite = finite and _place_lights(scene, work, light_xpos, light_xdir, n)
@@ -274,22 +334,8 @@ def _compiled(sources: str) -> Callable[..., None]:
                     out[n, k] = 0.0
                     continue
                 faced = _face(scene, work, half)
-                stamp = n * places.shape[1] + k
-                pixel = 2.0 * half / (grid * np.sqrt(rays))
                 for row in range(grid):
-                    for column in range(grid):
-                        red, green, blue = 0.0, 0.0, 0.0
-                        for i in range(rays):
-                            a = (column + offsets[i, 0]) * (2.0 / grid) - 1.0
-                            b = 1.0 - (row + offsets[i, 1]) * (2.0 / grid)
-                            s, t = nearest(
-                                scene.shapes, work.views, work.order, faced.seen, a, b, scene.near, scene.far
-                            )
-                            r, g, b2 = shade(scene, work, work.camera, faced, stamp, s, t, a, b, pixel)
-                            red, green, blue = red + weights[i] * r, green + weights[i] * g, blue + weights[i] * b2
-                        out[n, k, row, column, 0] = red / rays
-                        out[n, k, row, column, 1] = green / rays
-                        out[n, k, row, column, 2] = blue / rays
+                    _read_strip(scene, work, strip, faced, n * places.shape[1] + k, half, grid, row, samples, out[n, k, row])
 
     return read_states
 

@@ -14,6 +14,20 @@ KEPT = 16
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
+def meet(shape, row, a, b):
+    """Depth at which the ray through (a, b) enters a shape, seen as its row of ``views`` tells; inf if it does not."""
+    return enter(
+        shape,
+        row[0],
+        row[1],
+        row[2],
+        row[9] + a * row[3] + b * row[6],
+        row[10] + a * row[4] + b * row[7],
+        row[11] + a * row[5] + b * row[8],
+    )
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
 def nearest(shapes, views, order, seen, a, b, near, far):
     """The first shape that a ray through (a, b) meets between two depths, -1 for none, and the depth."""
     best = -1
@@ -24,15 +38,7 @@ def nearest(shapes, views, order, seen, a, b, near, far):
             break
         if a < row[13] or a > row[14] or b < row[15] or b > row[16]:
             continue
-        t = enter(
-            shapes[s],
-            row[0],
-            row[1],
-            row[2],
-            row[9] + a * row[3] + b * row[6],
-            row[10] + a * row[4] + b * row[7],
-            row[11] + a * row[5] + b * row[8],
-        )
+        t = meet(shapes[s], row, a, b)
         if near <= t < far:
             best, far = s, t
     return best, far
