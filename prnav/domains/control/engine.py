@@ -6,9 +6,6 @@ Physics needs the batch interface of MuJoCo 4. Without it, importing this module
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 from prnav.errors import ControlError
 
 OLDEST = 4
@@ -35,17 +32,18 @@ check_version(mujoco.__version__)
 import mujoco.batch  # noqa: E402  the version decides whether it exists
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
+class Quiet:
     """Keep MuJoCo's warnings off the console and out of its log file within; who steps simulations counts them."""
-    before = mujoco.MjLogConfig.get()
-    silent = mujoco.MjLogConfig.get()
-    silent.logto_console = silent.logto_file = False
-    silent.set()
-    try:
-        yield
-    finally:
-        before.set()
+
+    _silent = mujoco.MjLogConfig.get()
+    _silent.logto_console = _silent.logto_file = False
+
+    def __enter__(self) -> None:
+        self._before = mujoco.MjLogConfig.get()
+        self._silent.set()
+
+    def __exit__(self, *_: object) -> None:
+        self._before.set()
 
 
-__all__ = ["OLDEST", "check_version", "mujoco", "quiet"]
+__all__ = ["OLDEST", "check_version", "mujoco", "Quiet"]

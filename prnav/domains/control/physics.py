@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.domains.control.engine import mujoco, quiet
+from prnav.domains.control.engine import Quiet, mujoco
 from prnav.domains.control.facts import LARGEST
 
 STATE = ("time", "qpos", "qvel", "qacc_warmstart", "ctrl")
@@ -20,11 +20,8 @@ STATE = ("time", "qpos", "qvel", "qacc_warmstart", "ctrl")
 OWN_DATA_UP_TO = 64
 """Batches up to this size keep one MjData per simulation. That spares computing a step's first stages twice, worth up
 to 1.4 times the speed, as long as the cache holds them all. The bits are the same either way."""
-_BAD = [
-    int(mujoco.mjtWarning.mjWARN_BADQPOS),
-    int(mujoco.mjtWarning.mjWARN_BADQVEL),
-    int(mujoco.mjtWarning.mjWARN_BADQACC),
-]
+_BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
+"""MuJoCo's warnings that a position, velocity or acceleration was bad and the simulation was set back."""
 
 
 class Physics:
@@ -71,13 +68,13 @@ class Physics:
         self.batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE)
         self.qpos[rows] = qpos
         self.qvel[rows] = qvel
-        with quiet():
+        with Quiet():
             self.batch.forward(rows, stage=mujoco.mjtStage.mjSTAGE_POS)
 
     def forward(self, rows: NDArray[np.int64]) -> None:
         """Compute everything about the states of simulations ``rows``, without control."""
         self.ctrl[rows] = 0.0
-        with quiet():
+        with Quiet():
             self.batch.forward(rows)
 
     def step(self, actions: NDArray[np.float64], rows: NDArray[np.int64] | None = None) -> NDArray[np.bool_]:
@@ -87,26 +84,29 @@ class Physics:
         those of the last physics step, before its integration. That is the order of the suite's control step.
 
         Returns:
-            Which of these simulations diverged, (n,). They are back in the state before the step.
+            Which of these simulations have diverged since they were placed, (n,). They are back in the state before
+            the step.
         """
         at = slice(None) if rows is None else rows
         before = [value[at].copy() for value in self.state.values()]
         self.ctrl[at] = actions
-        warned = self._warnings(at)
-        diverged = np.zeros(len(warned), np.bool_)
+        diverged = np.zeros(len(before[0]), np.bool_)
         try:
-            with quiet():
+            with Quiet():
                 self.batch.step(rows, self.physics_steps, mujoco.mjtStage.mjSTAGE_VEL)
         except mujoco.batch.SimulationError as error:
             diverged |= np.isin(np.arange(self.num)[at], error.ids)
-        diverged |= self._warnings(at) != warned
+        warned = self.batch.warning[at, _BAD, 1]
+        if warned.any():
+            diverged |= warned.any(axis=1)
         for value in (self.qpos[at], self.qvel[at]):
-            diverged |= ~(np.abs(value) < LARGEST).all(axis=1)  # false for nan
+            if not np.abs(value).max() < LARGEST:  # nor for nan
+                diverged |= ~(np.abs(value) < LARGEST).all(axis=1)
         if diverged.any():
             lost = np.arange(self.num)[at][diverged]
             for value, old in zip(self.state.values(), before, strict=True):
                 value[lost] = old[diverged]
-            with quiet():
+            with Quiet():
                 self.batch.forward(lost, stage=mujoco.mjtStage.mjSTAGE_VEL)
         return diverged
 
@@ -116,11 +116,7 @@ class Physics:
 
     def set_state(self, state: dict[str, NDArray[Any]]) -> None:
         """Go on where :meth:`get_state` was called."""
+        self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         for name, value in (*self.state.items(), *self.expanded.items()):
             value[:] = state[name]
         self.batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL)
-
-    def _warnings(self, at: slice | NDArray[np.int64]) -> NDArray[np.int64]:
-        """How often each of these simulations was found bad and set back by MuJoCo, (n,)."""
-        counts = self.batch.warning[at]
-        return counts[:, _BAD[0], 1] + counts[:, _BAD[1], 1] + counts[:, _BAD[2], 1]
