@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.domains.control.appearance import FloorAnchor, build_appearance
-from prnav.domains.control.casting import Scene, new_strip, new_work, read_states
+from prnav.domains.control.casting import SAMPLES, Scene, new_strip, new_work, read_states
 from prnav.domains.control.engine import mujoco
 from prnav.errors import RenderError
 from prnav.render.rays import rays_per_side
@@ -57,8 +57,8 @@ class Caster:
             model: what is drawn. Sizes, colours and lights are read now; poses come with each call.
             floor: where the textures of planes begin; "mujoco-3.11" is how they lay at the time of the paper.
             rays_per_receptor: rays averaged in a receptor, a square number; they stand for equal squares of its patch.
-            samples: points of each such square at which it is seen what lies there, a square number. Colours are
-                computed once for each shape in it, as multisampling does, which smooths edges at little cost.
+            samples: points of each such square at which it is looked what lies there, 1 or 4. Colours are computed
+                once for each shape in it, as multisampling does, which smooths edges at little cost.
 
         Raises:
             RenderError: the model has what the caster cannot draw, or a setting is not valid.
@@ -67,7 +67,9 @@ class Caster:
         self._scene = Scene(looks.shapes, looks.lights, looks.textures, looks.sky, looks.near, looks.far, looks.mirror)
         self._counts = (model.ngeom, model.nsite, model.nlight)
         self._side = rays_per_side(rays_per_receptor)
-        self._samples = rays_per_side(samples)
+        if samples not in SAMPLES:
+            raise RenderError(f"samples of a ray are {samples!r}; valid: {', '.join(map(str, SAMPLES))}")
+        self._samples = samples
 
     def read(
         self, poses: WorldPoses, places: ArrayLike, axes: ArrayLike, fovs: ArrayLike, grid: int = 4, threads: int = 1
@@ -136,7 +138,7 @@ class Caster:
         def work(start: int, stop: int) -> None:
             read_states(
                 self._scene, new_work(self._scene), *parts, places_NK3, axes_NK33, halves_NK,
-                new_strip(grid, side * self._samples), grid, self._samples, start, stop, out,
+                new_strip(grid, side, self._samples), grid, side, self._samples, start, stop, out,
             )  # fmt: skip
 
         threads = max(1, min(threads, states))

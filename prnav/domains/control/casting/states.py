@@ -100,23 +100,36 @@ class Work(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """Samples of a row of receptors: H down, W across, as many of them to each receptor as down."""
+    """Samples of a row of receptors: M of them, those of a ray side by side, then line by line of rays."""
 
     across: Float64
-    """Where they lie across the image, -1 to 1, (W,)."""
+    """Where they lie across the image, -1 to 1, (M,)."""
     down: Float64
-    """Where they lie down the image, -1 to 1, (H,); the row's own."""
+    """Where they lie down the image, -1 to 1, in the topmost row of receptors, (M,)."""
+    below: Float64
+    """The same in the row at hand, (M,)."""
     depth: Float64
-    """Of what they show [m], (H, W)."""
+    """Of what they show [m], (M,)."""
     shape: Int64
-    """What they show, -1 for the sky, (H, W)."""
+    """What they show, -1 for the sky, (M,)."""
 
 
-def new_strip(grid: int, side: int) -> Strip:
-    """Room for a row of ``grid`` receptors of ``side`` x ``side`` samples."""
-    wide = grid * side
-    across = (np.arange(wide) + 0.5) * (2.0 / wide) - 1.0
-    return Strip(across, np.zeros(side), np.zeros((side, wide)), np.zeros((side, wide), np.int64))
+SAMPLES = {1: (0,), 4: (1, 3, 0, 2)}
+"""For each number of samples that a ray may have: the rows in which they lie, from the leftmost to the rightmost."""
+
+
+def new_strip(grid: int, side: int, samples: int) -> Strip:
+    """Room for a row of ``grid`` receptors of ``side`` x ``side`` rays with ``samples`` samples each.
+
+    A ray stands for a square of the image. Its samples have columns and rows of their own in it, and those of a
+    receptor's rays are shifted against each other, so that no two samples of a receptor share a column or a row: an
+    edge along the rows or columns is met by as many steps of coverage as there are samples.
+    """
+    line, column, sample = np.meshgrid(np.arange(side), np.arange(grid * side), np.arange(samples), indexing="ij")
+    x = column + (sample + (line + 0.5) / side) / samples
+    y = line + (np.array(SAMPLES[samples])[sample] + (column % side + 0.5) / side) / samples
+    across, down = (2.0 * place.ravel() / (grid * side) - 1.0 for place in (x, y))
+    return Strip(across, down, down.copy(), np.zeros(across.size), np.zeros(across.size, np.int64))
 
 
 def new_work(scene: Scene) -> Work:
@@ -258,41 +271,50 @@ def _borrowed_work(work):
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def _read_strip(scene, work, strip, faced, stamp, half, grid, row, samples, out):
+def _borrowed_strip(strip):
+    return Strip(
+        borrowed(strip.across),
+        borrowed(strip.down),
+        borrowed(strip.below),
+        borrowed(strip.depth),
+        borrowed(strip.shape),
+    )
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _read_strip(scene, work, strip, faced, stamp, half, grid, row, side, samples, out):
     """Write the readings of a row of receptors into ``out`` (grid, 3).
 
-    What a ray stands for, a square of the image, is covered by samples x samples points. Each shape that covers some of
-    them is shaded once, in their midst, and counts as much as its share of them.
+    Of what a ray's samples show, each shape is shaded once, in the midst of its samples, and counts by their number.
     """
-    across, down, depth, shape = strip
-    wide, high = len(across), len(down)
-    for i in range(high):
-        down[i] = (row + (i + 0.5) / high) * (2.0 / grid) - 1.0
-    scan(scene, work.views, work.order, faced.seen, across, down, depth, shape)
-    side = high // samples
-    pixel = 2.0 * half / (grid * side)
-    share = 1.0 / (high * high)
+    across, below, depth, shape = strip.across, strip.below, strip.depth, strip.shape
+    wide = grid * side
+    for m in range(len(below)):
+        below[m] = strip.down[m] + row * (2.0 / grid)
+    scan(scene, work.views, work.order, faced.seen, wide, samples, across, below, depth, shape)
+    pixel = 2.0 * half / wide
+    share = 1.0 / (side * side * samples)
     for column in range(grid):
         red, green, blue = 0.0, 0.0, 0.0
-        for i in range(0, high, samples):
-            for j in range(column * high, (column + 1) * high, samples):
-                for first in range(samples * samples):
-                    p, q = i + first // samples, j + first % samples
-                    s = shape[p, q]
+        for line in range(side):
+            begin = (line * wide + column * side) * samples
+            for corner in range(begin, begin + side * samples, samples):
+                for p in range(corner, corner + samples):
+                    s = shape[p]
                     if s < -1:  # counted already
                         continue
-                    a, b, count = 0.0, 0.0, 0
-                    for other in range(first, samples * samples):
-                        u, v = i + other // samples, j + other % samples
-                        if shape[u, v] == s:
-                            shape[u, v] = -2
-                            a, b, count = a + across[v], b - down[u], count + 1
-                    a, b, t = a / count, b / count, depth[p, q]
-                    if count > 1 and s >= 0:
-                        t = meet(scene.shapes[s], work.views[s], a, b)
-                        if not scene.near <= t < scene.far:  # a near plane's cut can leave no midst
-                            a, b, t = across[q], -down[p], depth[p, q]
-                    r, g, b2 = shade(scene, work, work.camera, faced, stamp, s, t, a, b, pixel)
+                    a, b, t, count = across[p], below[p], depth[p], 1
+                    for q in range(p + 1, corner + samples):
+                        if shape[q] == s:
+                            shape[q] = -2
+                            a, b, count = a + across[q], b + below[q], count + 1
+                    if count > 1:
+                        a, b = a / count, b / count
+                        if s >= 0:
+                            t = meet(scene.shapes[s], work.views[s], a, -b)
+                            if not scene.near <= t < scene.far:  # a near plane's cut can leave no midst
+                                a, b, t = across[p], below[p], depth[p]
+                    r, g, b2 = shade(scene, work, work.camera, faced, stamp, s, t, a, -b, pixel)
                     red, green, blue = red + count * r, green + count * g, blue + count * b2
         out[column, 0], out[column, 1], out[column, 2] = red * share, green * share, blue * share
 
@@ -303,7 +325,7 @@ def _compiled(sources: str) -> Callable[..., None]:
     @njit(cache=True, nogil=True, error_model="numpy")
     def read_states(
         scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, light_xpos, light_xdir, places, axes, halves,
-        strip, grid, samples, start, stop, out,
+        strip, grid, side, samples, start, stop, out,
     ):  # fmt: skip
         """Readings of K sensors in states ``start`` to ``stop`` of N, into ``out`` (N, K, grid, grid, 3).
 
@@ -316,7 +338,8 @@ def _compiled(sources: str) -> Callable[..., None]:
             halves: tangents of half their fields of view (N, K).
             strip: room for a row of receptors.
             grid: receptors per row.
-            samples: samples along each side of what a ray stands for.
+            side: rays along each side of a receptor's patch.
+            samples: samples of each ray.
             start: first state.
             stop: the state after the last.
             out: readings; 0 where a pose is not finite.
@@ -324,7 +347,7 @@ def _compiled(sources: str) -> Callable[..., None]:
         _ = sources
         scene, work = _borrowed_scene(scene), _borrowed_work(work)
         places, axes, halves, out = borrowed(places), borrowed(axes), borrowed(halves), borrowed(out)
-        strip = Strip(borrowed(strip.across), borrowed(strip.down), borrowed(strip.depth), borrowed(strip.shape))
+        strip = _borrowed_strip(strip)
         for n in range(start, stop):
             finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)
             finite = finite and _place_lights(scene, work, light_xpos, light_xdir, n)
@@ -335,7 +358,7 @@ def _compiled(sources: str) -> Callable[..., None]:
                     continue
                 faced = _face(scene, work, half)
                 for row in range(grid):
-                    _read_strip(scene, work, strip, faced, n * places.shape[1] + k, half, grid, row, samples, out[n, k, row])
+                    _read_strip(scene, work, strip, faced, n * places.shape[1] + k, half, grid, row, side, samples, out[n, k, row])
 
     return read_states
 
