@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from prnav.bench.table import Row, rates_by_turns, row
-from prnav.domains.control.env import ControlConfig, ControlVectorEnv
+from prnav.domains.control.env import ControlVectorEnv, config_of
 from prnav.domains.control.facts import TASKS
 
 AGENTS = 64
@@ -28,8 +28,8 @@ def measure_control(seconds: float = 2.0) -> list[Row]:
     """
     rows = []
     for task in MEASURED:
-        envs = ControlVectorEnv(AGENTS, ControlConfig(task=task, rays_per_receptor=RAYS))
-        blind = ControlVectorEnv(AGENTS, ControlConfig(task=task, senses="state"))
+        envs = ControlVectorEnv(AGENTS, config_of(task)(rays_per_receptor=RAYS))
+        blind = ControlVectorEnv(AGENTS, config_of(task)(senses="state"))
         name = TASKS[task].body
         speeds = rates_by_turns([_physics(envs), _steps(envs), _steps(blind)], seconds)
         receptors = f"{envs.slots.num_sensors}_receptors"

@@ -14,20 +14,24 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 from prnav.contracts import BatchEnv, Designable, EpisodeSlots  # noqa: E402
 from prnav.domains.control.env import (  # noqa: E402
+    CONFIGS,
     ControlConfig,
     ControlEnv,
     ControlSlots,
     ControlVectorEnv,
     EpisodeSeeds,
+    config_of,
     episode_seed,
+    split_seeds,
 )
+from prnav.domains.control.suite import WalkerRunEnv, WalkerWalkVectorEnv  # noqa: E402
 from prnav.errors import ConfigError, DesignError, EpisodeError  # noqa: E402
 
 SENSES = ("receptors", "camera", "third-person", "state", "nothing")
 
 
 def config(task, senses="receptors", **settings):
-    return ControlConfig(task=task.name, senses=senses, rays_per_receptor=4, camera_size=12, **settings)
+    return config_of(task.name)(senses=senses, rays_per_receptor=4, camera_size=12, **settings)
 
 
 def random_actions(env, steps, seed=0):
@@ -144,7 +148,7 @@ def test_episodes_are_truncated_after_a_thousand_simulation_steps(task, mounts):
     np.testing.assert_array_equal(again["state"], observation["state"])
     assert not np.array_equal(info["final_obs"][0]["state"], observation["state"][0])
     with pytest.raises(ConfigError, match="action_repeat is 3; it must divide the 1000 steps of an episode"):
-        ControlVectorEnv(2, task=task.name, action_repeat=3)
+        WalkerWalkVectorEnv(2, action_repeat=3)
 
 
 def test_a_diverging_simulation_ends_its_episode_alone_and_is_counted(task, mounts):
@@ -254,20 +258,31 @@ def test_bad_actions_are_refused(task, mounts):
 
 
 def test_settings_are_checked():
-    with pytest.raises(ConfigError, match="task"):
-        ControlVectorEnv(1, task="walker-fly")
+    with pytest.raises(ConfigError, match="control task 'walker-fly' is unknown; valid: reacher-hard, "):
+        config_of("walker-fly")
     with pytest.raises(ConfigError, match="'senses' is 'smell'; valid: 'receptors'"):
-        ControlVectorEnv(1, senses="smell")
+        WalkerWalkVectorEnv(1, senses="smell")
+    with pytest.raises(ConfigError, match="split is 'dev'; valid: 'train', 'val', 'test'"):
+        WalkerWalkVectorEnv(1, split="dev")
     with pytest.raises(ConfigError, match="num_envs is 0"):
-        ControlVectorEnv(0, senses="state")
+        WalkerWalkVectorEnv(0, senses="state")
     with pytest.raises(ConfigError, match="the environment is for walker-run and its config for walker-walk"):
-        ControlEnv(ControlConfig(senses="state"), task="walker-run")
+        WalkerRunEnv(CONFIGS["walker-walk"](senses="state"))
     with pytest.raises(ConfigError, match="give either a config or single settings"):
-        ControlEnv(ControlConfig(), senses="state")
+        WalkerRunEnv(CONFIGS["walker-run"](), senses="state")
+    with pytest.raises(ConfigError, match=r"ControlVectorEnv plays any task: give it the config of one"):
+        ControlVectorEnv(2, senses="state")
     with pytest.raises(ConfigError, match="seed is"):
-        ControlVectorEnv(2, senses="state").reset(seed=[1])
+        WalkerWalkVectorEnv(2, senses="state").reset(seed=[1])
     with pytest.raises(DesignError, match="has no sensors to place"):
-        ControlVectorEnv(1, senses="state").set_designs([0], np.zeros((1, 4, 7)))
+        WalkerWalkVectorEnv(1, senses="state").set_designs([0], np.zeros((1, 4, 7)))
+
+
+def test_no_two_splits_share_episodes_and_configs_know_their_task():
+    seeds = [set(split_seeds(split)) for split in ("train", "val", "test")]
+    assert not (seeds[0] & seeds[1] or seeds[0] & seeds[2] or seeds[1] & seeds[2]) and min(map(len, seeds)) >= 30
+    assert {name: cls().facts.name for name, cls in CONFIGS.items()} == {name: name for name in CONFIGS}
+    assert all(issubclass(cls, ControlConfig) for cls in CONFIGS.values())
 
 
 def test_episode_seeds_depend_on_their_own_seed_alone():

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from prnav.domains.control.facts import EPISODE_STEPS, TASKS, TaskFacts
+from prnav.errors import ConfigError
 
 Senses = Literal["receptors", "camera", "third-person", "state", "nothing"]
 """What an agent is given: readings of photoreceptors or pictures of cameras on its body, a picture of the suite's own
@@ -13,13 +14,16 @@ camera beside it, the suite's observation (the state), or nothing (the paper's i
 
 SENSES: tuple[Senses, ...] = ("receptors", "camera", "third-person", "state", "nothing")
 
+SPLITS: dict[str, tuple[int, int]] = {"train": (1_000_000, 1000), "val": (2_000_000, 32), "test": (3_000_000, 100)}
+"""Seed of the first episode of each split, and how many there are."""
+
 
 @dataclass(frozen=True)
 class ControlConfig:
-    """Task, senses and sensors of a control environment."""
+    """Senses and sensors of a control environment. Each task has a class of its own (:func:`config_of`)."""
 
-    task: str = "walker-walk"
-    """"reacher-hard", "walker-stand", "walker-walk", "walker-run", "finger-spin" or "finger-turn-easy"."""
+    task: ClassVar[str]
+    """Name of the task, for example "walker-walk"."""
     senses: Senses = "receptors"
     """"receptors", "camera", "third-person", "state" or "nothing"."""
     design: str = ""
@@ -35,16 +39,19 @@ class ControlConfig:
     """Simulation steps that one action lasts, a divisor of 1,000; 0 takes the paper's (2, and 4 for Turn Easy)."""
     floor: Literal["today", "mujoco-3.11"] = "today"
     """Where the floor's texture begins: as MuJoCo draws it now, or did at the time of the paper."""
+    split: str = "train"
+    """Which episodes a list of them holds: "train", "val" or "test" (:func:`split_seeds`). Vector environments play
+    episodes without end, which their own seed names."""
     threads: int = 1
     """Threads that simulate and cast rays; results are the same whatever their number."""
 
     def __post_init__(self) -> None:
-        if self.task not in TASKS:
-            raise ValueError(f"task is {self.task!r}; valid: {', '.join(map(repr, TASKS))}")
         if self.senses not in SENSES:
             raise ValueError(f"senses is {self.senses!r}; valid: {', '.join(map(repr, SENSES))}")
         if self.floor not in ("today", "mujoco-3.11"):
             raise ValueError(f"floor is {self.floor!r}; valid: 'today', 'mujoco-3.11'")
+        if self.split not in SPLITS:
+            raise ValueError(f"split is {self.split!r}; valid: {', '.join(map(repr, SPLITS))}")
         for name in ("grid", "rays_per_receptor", "camera_size", "threads"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
@@ -68,3 +75,76 @@ class ControlConfig:
     def designed(self) -> bool:
         """Whether the agent has sensors on its body that a design places."""
         return self.senses in ("receptors", "camera", "nothing")
+
+
+@dataclass(frozen=True)
+class ReacherHardConfig(ControlConfig):
+    """Settings of Reacher: Hard."""
+
+    task = "reacher-hard"
+
+
+@dataclass(frozen=True)
+class WalkerStandConfig(ControlConfig):
+    """Settings of Walker: Stand."""
+
+    task = "walker-stand"
+
+
+@dataclass(frozen=True)
+class WalkerWalkConfig(ControlConfig):
+    """Settings of Walker: Walk."""
+
+    task = "walker-walk"
+
+
+@dataclass(frozen=True)
+class WalkerRunConfig(ControlConfig):
+    """Settings of Walker: Run."""
+
+    task = "walker-run"
+
+
+@dataclass(frozen=True)
+class FingerSpinConfig(ControlConfig):
+    """Settings of Finger: Spin."""
+
+    task = "finger-spin"
+
+
+@dataclass(frozen=True)
+class FingerTurnEasyConfig(ControlConfig):
+    """Settings of Finger: Turn Easy."""
+
+    task = "finger-turn-easy"
+
+
+CONFIGS: dict[str, type[ControlConfig]] = {
+    cls.task: cls
+    for cls in (
+        ReacherHardConfig,
+        WalkerStandConfig,
+        WalkerWalkConfig,
+        WalkerRunConfig,
+        FingerSpinConfig,
+        FingerTurnEasyConfig,
+    )
+}
+"""Class of each task's settings."""
+
+
+def config_of(task: str) -> type[ControlConfig]:
+    """Class of a task's settings.
+
+    Raises:
+        ConfigError: the task is unknown.
+    """
+    if task not in CONFIGS:
+        raise ConfigError(f"control task {task!r} is unknown; valid: {', '.join(CONFIGS)}")
+    return CONFIGS[task]
+
+
+def split_seeds(split: str) -> range:
+    """Seeds of a split's episodes; they are the same for all tasks, and no two splits share any."""
+    first, count = SPLITS[split]
+    return range(first, first + count)

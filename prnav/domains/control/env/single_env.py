@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -26,12 +26,13 @@ class ControlEnv(gymnasium.Env):
     """
 
     metadata = {"render_modes": []}
+    config_type: ClassVar[type[ControlConfig]] = ControlConfig
+    """Of a task's own class, where it is made without a config."""
 
     def __init__(
         self,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        task: str | None = None,
         **settings: Any,
     ):
         """Environment as ``config`` or single settings of :class:`ControlConfig` say.
@@ -39,13 +40,12 @@ class ControlEnv(gymnasium.Env):
         Args:
             config: all settings; defaults where None.
             mounts: sensors to take in place of the design that the config names.
-            task: the only task that will do; single settings need not name it.
             settings: single settings instead of a config, for ``gymnasium.make``.
 
         Raises:
             PrnavError: a setting is wrong, MuJoCo is missing, or the design does not fit the body.
         """
-        self.config = configure(config, settings, task)
+        self.config = configure(config, settings, type(self))
         self.slots = ControlSlots(self.config, 1, mounts=mounts)
         self.observation_space = observation_space(self.slots.observation_specs)
         self.action_space = action_space(self.slots.action_spec)

@@ -74,6 +74,7 @@ class ControlSlots:
         self.diverged = np.zeros(num_slots, np.bool_)
         self.theta = np.zeros((num_slots, self.num_sensors, 7))  #: normalised designs
         self.suite_state = np.zeros((num_slots, self.facts.observation_size))  #: the suite's own observation
+        self.actions = np.zeros((num_slots, self.facts.actions))  #: the last ones
         self.rewards = np.zeros(num_slots)  #: of the last action
         self.terminated = np.zeros(num_slots, np.bool_)
         self.truncated = np.zeros(num_slots, np.bool_)
@@ -125,6 +126,7 @@ class ControlSlots:
         at = slice(None) if rows is None else rows
         if not np.isfinite(actions[at]).all():
             raise ValueError("actions hold numbers that are not finite; all must lie in -1..1")
+        self.actions[at] = actions[at]
         moving = np.zeros(self.num_slots, np.bool_)
         moving[at] = True
         alive = moving.copy()
@@ -186,11 +188,15 @@ class ControlSlots:
         }
 
     def events(self, slots: ArrayLike) -> dict[str, NDArray[Any]]:
-        """What the last action of slots (n,) brought: its reward, and whether the simulation diverged."""
+        """The last actions of slots (n,), what they were rewarded with, and whether the simulation diverged."""
         rows = np.asarray(slots, np.int64)
-        return {"reward": self.rewards[rows], "diverged": self.diverged[rows]}
+        return {
+            "actions": self.actions[rows].astype(np.float32),
+            "reward": self.rewards[rows],
+            "diverged": self.diverged[rows],
+        }
 
-    def set_theta(self, slots: ArrayLike, theta: ArrayLike) -> None:
+    def set_designs(self, slots: ArrayLike, theta: ArrayLike) -> None:
         """Give slots (n,) normalised designs (n, K, 7) from now on.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -18,6 +18,9 @@ from prnav.domains.control.env.slots import ControlSlots, Observations
 from prnav.domains.control.env.spaces import action_space, observation_space
 from prnav.domains.control.eyes import Mounts
 from prnav.errors import ConfigError, DesignError
+
+if TYPE_CHECKING:
+    from prnav.domains.control.env.single_env import ControlEnv
 
 
 class ControlVectorEnv(VectorEnv):
@@ -35,13 +38,14 @@ class ControlVectorEnv(VectorEnv):
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    config_type: ClassVar[type[ControlConfig]] = ControlConfig
+    """Of a task's own class, where it is made without a config."""
 
     def __init__(
         self,
         num_envs: int = 1,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        task: str | None = None,
         **settings: Any,
     ):
         """Environment of ``num_envs`` agents.
@@ -50,13 +54,12 @@ class ControlVectorEnv(VectorEnv):
             num_envs: N.
             config: all settings; defaults where None.
             mounts: sensors to take in place of the design that the config names.
-            task: the only task that will do; single settings need not name it.
             settings: single settings of :class:`ControlConfig` instead of a config, for ``gymnasium.make_vec``.
 
         Raises:
             PrnavError: a setting is wrong, MuJoCo is missing, or the design does not fit the body.
         """
-        self.config = configure(config, settings, task)
+        self.config = configure(config, settings, type(self))
         if num_envs < 1:
             raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
         self.slots = ControlSlots(self.config, num_envs, mounts=mounts)
@@ -162,7 +165,7 @@ class ControlVectorEnv(VectorEnv):
     def _begin(self, agents: NDArray[np.int64], seeds: NDArray[np.int64]) -> None:
         changed = [int(agent) for agent in agents if int(agent) in self._next_theta]
         if changed:
-            self.slots.set_theta(changed, np.stack([self._next_theta.pop(agent) for agent in changed]))
+            self.slots.set_designs(changed, np.stack([self._next_theta.pop(agent) for agent in changed]))
         self.slots.begin_seeds(agents, seeds)
 
     def _facts(self) -> dict[str, Any]:
@@ -189,23 +192,29 @@ class ControlVectorEnv(VectorEnv):
         return final
 
 
-def configure(config: ControlConfig | None, settings: dict[str, Any], task: str | None = None) -> ControlConfig:
+def configure(
+    config: ControlConfig | None, settings: dict[str, Any], owner: type[ControlVectorEnv] | type[ControlEnv]
+) -> ControlConfig:
     """A config, or one made of single settings as they come from ``gymnasium.make``.
 
     Args:
         config: the config, or None.
         settings: single settings instead of it.
-        task: the only task that will do; single settings need not name it.
+        owner: class of the environment; that of a single task takes the task's configs alone.
 
     Raises:
         ConfigError: both are given, a setting is unknown or wrong, or the config is another task's.
     """
-    if config is None:
-        if task is not None:
-            settings = {"task": task, **settings}
-        config = from_mapping(ControlConfig, settings, "environment settings")
-    elif settings:
+    wanted = owner.config_type
+    if config is not None and settings:
         raise ConfigError(f"give either a config or single settings, not both: {', '.join(settings)}")
-    if task is not None and config.task != task:
-        raise ConfigError(f"the environment is for {task} and its config for {config.task}; take the other environment")
+    if config is None and wanted is ControlConfig:
+        raise ConfigError(f"{owner.__name__} plays any task: give it the config of one, such as WalkerWalkConfig()")
+    if config is None:
+        return from_mapping(wanted, settings, "environment settings")
+    if not isinstance(config, wanted):
+        raise ConfigError(
+            f"the environment is for {wanted.task} and its config for {config.task}; give a {wanted.__name__}, or take "
+            "the other environment"
+        )
     return config
