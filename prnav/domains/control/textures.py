@@ -58,9 +58,7 @@ def build_textures(model: mujoco.MjModel) -> Textures:
 
 def _faces(model: mujoco.MjModel, texture: int) -> Float64:
     """Pictures (faces, height, width, 3) of a texture, 0 to 255."""
-    width, height, channels = (
-        int(x[texture]) for x in (model.tex_width, model.tex_height, model.tex_nchannel)
-    )
+    width, height, channels = (int(x[texture]) for x in (model.tex_width, model.tex_height, model.tex_nchannel))
     if channels not in (3, 4):
         raise RenderError(f"texture {model.texture(texture).name!r} has {channels} channels; it must have 3 or 4")
     start = int(model.tex_adr[texture])

@@ -51,8 +51,16 @@ def write_box(shape, m, camera, half, parallel, box):
     if shape.kind == PLANE:
         px, py, pz = m[3] * shape.sx, m[6] * shape.sx, m[9] * shape.sx
         qx, qy, qz = m[4] * shape.sy, m[7] * shape.sy, m[10] * shape.sy
-        pu, pv, pw = _into(camera, 3, px, py, pz) / half, _into(camera, 6, px, py, pz) / half, _into(camera, 9, px, py, pz)
-        qu, qv, qw = _into(camera, 3, qx, qy, qz) / half, _into(camera, 6, qx, qy, qz) / half, _into(camera, 9, qx, qy, qz)
+        pu, pv, pw = (
+            _into(camera, 3, px, py, pz) / half,
+            _into(camera, 6, px, py, pz) / half,
+            _into(camera, 9, px, py, pz),
+        )
+        qu, qv, qw = (
+            _into(camera, 3, qx, qy, qz) / half,
+            _into(camera, 6, qx, qy, qz) / half,
+            _into(camera, 9, qx, qy, qz),
+        )
         least = z - abs(pw) - abs(qw)
         if parallel:
             box[0], box[1] = x - abs(pu) - abs(qu), x + abs(pu) + abs(qu)

@@ -243,10 +243,10 @@ def _face(scene, work, half):
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
 def _borrowed_scene(scene):
-    textures = Textures(
-        borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.count)
+    textures = Textures(borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.count))
+    return Scene(
+        borrowed(scene.shapes), borrowed(scene.lights), textures, scene.sky, scene.near, scene.far, scene.mirror
     )
-    return Scene(borrowed(scene.shapes), borrowed(scene.lights), textures, scene.sky, scene.near, scene.far, scene.mirror)
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
@@ -358,7 +358,19 @@ def _compiled(sources: str) -> Callable[..., None]:
                     continue
                 faced = _face(scene, work, half)
                 for row in range(grid):
-                    _read_strip(scene, work, strip, faced, n * places.shape[1] + k, half, grid, row, side, samples, out[n, k, row])
+                    _read_strip(
+                        scene,
+                        work,
+                        strip,
+                        faced,
+                        n * places.shape[1] + k,
+                        half,
+                        grid,
+                        row,
+                        side,
+                        samples,
+                        out[n, k, row],
+                    )
 
     return read_states
 

@@ -124,9 +124,7 @@ def _surface(scene, work, camera, stamp, s, t, a, b, pixel):
         blue = w0 * glow[s, v0, 0, 2] + w1 * glow[s, v1, 0, 2] + w2 * glow[s, v2, 0, 2]
     else:
         nx, ny, nz = normal(shape, x, y, z)
-        red, green, blue = lit(
-            shape, scene.lights, FIRST_PASS, work.beams[s], x, y, z, nx, ny, nz, ex, ey, ez, 1.0
-        )
+        red, green, blue = lit(shape, scene.lights, FIRST_PASS, work.beams[s], x, y, z, nx, ny, nz, ex, ey, ez, 1.0)
     for number in range(1, len(scene.lights)):
         if not scene.lights[number].shadows:
             continue
