@@ -230,8 +230,8 @@ def check_poses(
         nearest = body.project(point)
         side = "inside" if body.contains(point) else "off"
         raise DesignError(
-            f"{where}: sensor {first + index}: position {_metres(point)} lies {side} the body ({body.shape}); the nearest "
-            f"place on its surface is {_metres(nearest)}"
+            f"{where}: sensor {first + index}: position {_metres(point)} lies {side} the body ({body.shape}); the "
+            f"nearest place on its surface is {_metres(nearest)}"
         )
     space = space or DesignSpace()
     for index, row in enumerate(rows):

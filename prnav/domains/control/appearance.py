@@ -9,7 +9,7 @@ scene lights.
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,13 +143,13 @@ def _shapes(model: mujoco.MjModel, floor: FloorAnchor) -> NDArray[np.void]:
 
 def _is_drawn(model: mujoco.MjModel, site: bool, index: int) -> bool:
     row = site, index
-    return bool(_field(model, row, "group") < DRAWN_GROUPS and _rgba(model, row)[3] > 0.0)
+    return bool(int(_field(model, row, "group")) < DRAWN_GROUPS and _rgba(model, row)[3] > 0.0)
 
 
-def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> NDArray[np.generic]:
+def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> Any:
+    """What a model says of a geom or site: a number, or an array of several."""
     site, index = row
-    view = model.site(index) if site else model.geom(index)
-    value: NDArray[np.generic] = getattr(view, name)
+    value = getattr(model.site(index) if site else model.geom(index), name)
     return value[0] if value.shape == (1,) else value
 
 

@@ -6,7 +6,6 @@ in each, B x B receptors per sensor, G geoms, S sites, L lights.
 
 from __future__ import annotations
 
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 

@@ -1,7 +1,7 @@
 """Surfaces of a model's geoms on which sensors sit, each a :class:`prnav.sensors.body.Surface` in its body's frame.
 
-Spheres, ellipsoids and boxes are parametrised by the direction in which their centre sees a place: a push turns it along
-a great circle, by the push's part across it over the distance from the centre, and the sensor is where the new
+Spheres, ellipsoids and boxes are parametrised by the direction in which their centre sees a place: a push turns it
+along a great circle, by the push's part across it over the distance from the centre, and the sensor is where the new
 direction leaves the shape. Capsules and cylinders are surfaces of revolution: a push's part along the meridian moves a
 sensor along it, over the ends and down the other side, in true metres; the part across it turns the sensor around the
 axis, in metres along the widest circumference. Both maps have exact inverses (:meth:`push`), which take the shorter way
@@ -30,7 +30,7 @@ _TINY = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class GeomSurface:
-    """The surface of one geom. Points are (..., 3) [m] in its body's frame, the geom's own frame is turned and moved."""
+    """The surface of one geom. Points are (..., 3) [m] in its body's frame."""
 
     kind: int
     """MuJoCo's number of the shape."""
@@ -183,7 +183,7 @@ class GeomSurface:
     def _project(self, p: Float64) -> Float64:
         a, b, _ = self.size
         if self.kind == BOX:
-            inside = (np.abs(p) < self.size).all(axis=-1)
+            inside = np.asarray((np.abs(p) < self.size).all(axis=-1))
             nearest = np.argmin(self.size - np.abs(p), axis=-1)
             out = np.where(np.arange(3) == nearest[..., None], np.where(p < 0.0, -self.size, self.size), p)
             return np.where(inside[..., None], out, np.clip(p, -self.size, self.size))

@@ -28,7 +28,7 @@ class Textures(NamedTuple):
     """Red, green, blue of all texels of all levels, row by row, shape (bytes,)."""
     table: NDArray[np.int64]
     """Where in ``texels`` each level begins, and its width and height, (T, LEVELS, 3)."""
-    count: NDArray[np.int64]
+    levels: NDArray[np.int64]
     """Levels of each texture, (T,)."""
 
 

@@ -8,6 +8,7 @@ Letters: o a ray's origin and d its direction, 1 long along the optical axis, so
 and b where it passes an image, -1 to 1, right and up; s the number of a shape, x, y, z a place in its frame.
 """
 
-from prnav.domains.control.casting.states import SAMPLES, Scene, Strip, Work, new_strip, new_work, read_states
+from prnav.domains.control.casting.room import SAMPLES, Scene, Strip, Work, new_strip, new_work
+from prnav.domains.control.casting.states import read_states
 
 __all__ = ["SAMPLES", "Scene", "Strip", "Work", "new_strip", "new_work", "read_states"]

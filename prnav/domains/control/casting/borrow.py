@@ -6,13 +6,13 @@ long as they run, so they need no counts of their own.
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba.extending import intrinsic
 
 
-@intrinsic
-def borrowed(typing, array):  # noqa: D417 (typing is the compiler's)
-    """The same array, uncounted: valid only while its owner holds it."""
+def _borrowed(typing, array):
 
     def generate(context, builder, signature, values):
         view = context.make_array(signature.args[0])(context, builder, values[0])
@@ -21,3 +21,7 @@ def borrowed(typing, array):  # noqa: D417 (typing is the compiler's)
         return view._getvalue()
 
     return array(array), generate
+
+
+borrowed: Any = intrinsic(_borrowed)
+"""``borrowed(array)`` is the same array, uncounted: valid only while its owner holds it."""

@@ -41,9 +41,15 @@ def lit(shape, lights, group, beams, px, py, pz, nx, ny, nz, ex, ey, ez, factor)
         lights: what shines.
         group: lights that count.
         beams: the lights in the shape's frame, (L + 1, 6): place, or direction to it, and axis.
-        px: the place, as py and pz.
-        nx: its normal, as ny and nz.
-        ex: the eye, as ey and ez.
+        px: the place.
+        py: of it.
+        pz: of it.
+        nx: its normal.
+        ny: of it.
+        nz: of it.
+        ex: the eye.
+        ey: of it.
+        ez: of it.
         factor: on the shape's own colour, not on its highlights.
     """
     dr = dg = db = shape.emission if group < 0 else 0.0

@@ -38,7 +38,7 @@ def _texel(textures, texture, level, u, v, face):
 @njit(nogil=True, error_model="numpy", forceinline=True)
 def _sample(textures, texture, u, v, footprint, face):
     """Colour, 0 to 1, of a texture at (u, v), mean over about ``footprint`` texels each way."""
-    coarsest = textures.count[texture] - 1
+    coarsest = textures.levels[texture] - 1
     share, level = math.frexp(max(footprint, 1.0))
     level -= 1  # footprint = 2 share 2^level, and 2 share - 1 is log2(2 share) within 0.09
     share = 2.0 * share - 1.0
