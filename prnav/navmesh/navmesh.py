@@ -20,8 +20,9 @@ from prnav.files import write_bytes
 from prnav.navmesh import queries
 from prnav.navmesh.detour import read_navmesh
 from prnav.navmesh.detour_write import navmesh_bytes
-from prnav.navmesh.pairs import SearchArrays, located_distances, pair_distances, shortest_path
+from prnav.navmesh.pairs import located_distances, pair_distances, shortest_path
 from prnav.navmesh.polymesh import PolyMesh
+from prnav.navmesh.scratch import ScratchPool
 from prnav.navmesh.settings import NavMeshSettings
 from prnav.navmesh.surface import Surface, build_surface, triangle_areas
 
@@ -180,7 +181,7 @@ class NavMesh:
         """
         a, b = np.broadcast_arrays(queries.as_points(a, "a"), queries.as_points(b, "b"))
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
-        return pair_distances(self._search, _zeros(len(a)), a, b)
+        return pair_distances(self._pool, _zeros(len(a)), a, b)
 
     def locate(self, points: ArrayLike) -> FloorPoints:
         """Points found on the floor once, for several questions about their distances."""
@@ -191,7 +192,7 @@ class NavMesh:
     def located_distances(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.float64]:
         """:meth:`distances` of points that are located, (N,) [m]."""
         scenes = _zeros(len(a.points))
-        return located_distances(self._search, scenes, a.polygons, a.positions, b.polygons, b.positions)
+        return located_distances(self._pool, scenes, a.polygons, a.positions, b.polygons, b.positions)
 
     def in_sight(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.bool_]:
         """Whether the straight segment between located points stays on the floor, (N,)."""
@@ -203,7 +204,7 @@ class NavMesh:
         No rows where there is no path.
         """
         start, end = queries.as_points(a, "a"), queries.as_points(b, "b")
-        return shortest_path(self._search, 0, start[0], end[0])
+        return shortest_path(self._pool, 0, start[0], end[0])
 
     def clearance(self, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """Distance to the nearest wall in the ground plane, (N,) [m], at most ``max_radius``; inf off the floor.
@@ -238,8 +239,8 @@ class NavMesh:
         return np.cumsum(np.where(s.island[polygon] >= 0, triangle_areas(s.detail), 0.0))
 
     @cached_property
-    def _search(self) -> SearchArrays:
-        return SearchArrays(self.surface)
+    def _pool(self) -> ScratchPool:
+        return ScratchPool(self.surface)
 
     def _polygon_areas(self) -> NDArray[np.float64]:
         s = self.surface

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries
 from prnav.navmesh.navmesh import NavMesh
-from prnav.navmesh.pairs import SearchArrays, pair_distances
+from prnav.navmesh.pairs import pair_distances
+from prnav.navmesh.scratch import ScratchPool
 from prnav.navmesh.surface import concatenate_surfaces
 
 
@@ -28,7 +29,7 @@ class NavMeshSet:
             raise NavMeshError("a NavMeshSet of no scenes cannot answer anything; give at least one NavMesh")
         self.navmeshes = tuple(navmeshes)
         self.surface = concatenate_surfaces([navmesh.surface for navmesh in self.navmeshes])
-        self._search = SearchArrays(self.surface)
+        self._pool = ScratchPool(self.surface)
 
     def __len__(self) -> int:
         return len(self.navmeshes)
@@ -51,7 +52,7 @@ class NavMeshSet:
     def distances(self, scene_ids: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
         """:meth:`NavMesh.distances` of pairs (N, 3), (N,) [m]; inf between islands."""
         a, b = queries.as_points(a, "a"), queries.as_points(b, "b")
-        return pair_distances(self._search, self._scenes(scene_ids, len(a)), a, b)
+        return pair_distances(self._pool, self._scenes(scene_ids, len(a)), a, b)
 
     def clearance(self, scene_ids: ArrayLike, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """:meth:`NavMesh.clearance`, (N,) [m]; inf where no floor is in reach."""
