@@ -16,7 +16,7 @@ Turning points are chosen in the ground plane; lengths are sums of straight segm
 measures. All that a search writes is in a :class:`~prnav.navmesh.scratch.Scratch`, which no other search may use
 meanwhile.
 
-Before: :mod:`.locate` has found the polygons of the ends, :mod:`.scratch`. After: :mod:`.pairs` and :mod:`.goal_fields`.
+Before: :mod:`.locate` has found the polygons of the ends. After: :mod:`.pairs` and :mod:`.goal_fields`.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ MANY_ROOTS = 1 << 27  #: more than a search can have
 
 
 @njit(cache=True, nogil=True)
-def visit_fan(f, scratch):
+def visit_fan(f, stamp, fan_stamp, fan_root, bound):
     """Forget what an earlier search left at a fan."""
-    if scratch.fan_stamp[f] != scratch.counts[STAMP]:
-        scratch.fan_stamp[f] = scratch.counts[STAMP]
-        scratch.fan_root[f] = -1
-        scratch.bound[f] = math.inf
+    if fan_stamp[f] != stamp:
+        fan_stamp[f] = stamp
+        fan_root[f] = -1
+        bound[f] = math.inf
 
 
 @njit(cache=True, nogil=True)
@@ -50,7 +50,8 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch):
     ``edge`` is the corner of the polygon that is entered, ``tl`` and ``tr`` the interval along it. ``target`` is
     (polygon, x, z), polygon -1 for none.
     """
-    roots, bound, key, heap, counts = scratch.roots, scratch.bound, scratch.key, scratch.heap, scratch.counts
+    nodes, ends, key, heap, roots = scratch.nodes, scratch.ends, scratch.key, scratch.heap, scratch.roots
+    fan_stamp, fan_root, bound, counts = scratch.fan_stamp, scratch.fan_root, scratch.bound, scratch.counts
     a, b = s.corner[edge], s.corner[s.following[edge]]
     dx, dz = b[0] - a[0], b[2] - a[2]
     size = length(dx, dz)
@@ -60,8 +61,8 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch):
     lx, lz, ex, ez = a[0] + tl * dx, a[2] + tl * dz, a[0] + tr * dx, a[2] + tr * dz
     left, right = g + length(lx - rx, lz - rz), g + length(ex - rx, ez - rz)
     fa, fb = s.fan[edge] - base, s.fan[s.following[edge]] - base
-    visit_fan(fa, scratch)
-    visit_fan(fb, scratch)
+    visit_fan(fa, counts[STAMP], fan_stamp, fan_root, bound)
+    visit_fan(fb, counts[STAMP], fan_stamp, fan_root, bound)
     if tl == 0.0 and left < bound[fa]:
         bound[fa] = left
     if tr == 1.0 and right < bound[fb]:
@@ -81,8 +82,8 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch):
     if node >= len(key):
         return False
     counts[WINDOWS] += 1
-    scratch.nodes[node, 0], scratch.nodes[node, 1], scratch.nodes[node, 2] = edge, root, forced
-    scratch.ends[node, 0], scratch.ends[node, 1] = tl, tr
+    nodes[node, 0], nodes[node, 1], nodes[node, 2] = edge, root, forced
+    ends[node, 0], ends[node, 1] = tl, tr
     key[node] = cost
     at = counts[HEAP]
     counts[HEAP] += 1
@@ -97,9 +98,8 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch):
 
 
 @njit(cache=True, nogil=True)
-def pop(scratch):
+def pop(key, heap, counts):
     """The cheapest window of the heap; of equal ones any, but always the same."""
-    key, heap, counts = scratch.key, scratch.heap, scratch.counts
     top = heap[0]
     counts[HEAP] -= 1
     count = counts[HEAP]
@@ -120,9 +120,8 @@ def pop(scratch):
 
 
 @njit(cache=True, nogil=True)
-def add_root(scratch, x, y, z, parent, fan):
+def add_root(counts, roots, links, x, y, z, parent, fan):
     """A new root in a straight line from its parent; its number, -1 where the arrays are full."""
-    roots, links, counts = scratch.roots, scratch.links, scratch.counts
     new = counts[ROOTS]
     if new >= len(roots):
         return -1
@@ -153,14 +152,14 @@ def turn_at(s, base, corner, root, sign, scratch):
     if sign * cross(dx, dz, w[0], w[1]) < slack or sign * cross(dx, dz, w[2], w[3]) < slack:
         return -1
     f -= base
-    visit_fan(f, scratch)
+    visit_fan(f, scratch.counts[STAMP], scratch.fan_stamp, fan_root, bound)
     cost = roots[root, 3] + size
     if cost > bound[f] + BETTER:
         return -1
     known = fan_root[f]
     if known >= 0 and roots[known, 3] <= cost + BETTER:
         return known
-    new = add_root(scratch, x, s.corner[corner, 1], z, root, f)
+    new = add_root(scratch.counts, roots, scratch.links, x, s.corner[corner, 1], z, root, f)
     if new < 0:
         return -3
     fan_root[f] = new
@@ -283,10 +282,10 @@ def reach_corner(s, base, q, corner, scratch):
         if over > 0:
             t = tl if over == 1 else tr
             px, py, pz = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
-            root = add_root(scratch, px, py, pz, root, -1)
+            root = add_root(scratch.counts, roots, scratch.links, px, py, pz, root, -1)
             if root < 0:
                 return -1
-    return add_root(scratch, x, y, z, root, s.fan[corner] - base)
+    return add_root(scratch.counts, roots, scratch.links, x, y, z, root, s.fan[corner] - base)
 
 
 @njit(cache=True, nogil=True)
@@ -347,7 +346,7 @@ def search(s, scene, p, x, y, z, target, scratch):
     count = 0
     while True:
         while counts[HEAP] > 0:
-            node = pop(scratch)
+            node = pop(scratch.key, scratch.heap, counts)
             if stale(s, base, node, scratch):
                 continue
             q = s.polygon[scratch.nodes[node, 0]]
