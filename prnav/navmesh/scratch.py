@@ -8,7 +8,7 @@ Before: :mod:`.surface`. After: :mod:`.geodesic`.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +96,7 @@ def _new_scratch(surface: Surface) -> Scratch:
     )
 
 
-def _window_arrays(windows: int) -> dict[str, NDArray[np.generic]]:
+def _window_arrays(windows: int) -> dict[str, NDArray[Any]]:
     return {
         "nodes": np.empty((windows, 3), np.int32),
         "ends": np.empty((windows, 2)),
