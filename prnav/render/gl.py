@@ -95,9 +95,7 @@ class GlEngine:
             readings[row] = patches / 255.0
         return readings
 
-    def _depth(
-        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None
-    ) -> Float32:
+    def _depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Float32:
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for row, _, depth in self._draw(scene_of_view, views, size, spheres):
             depths[row] = np.where(depth == 0.0, np.inf, depth)

@@ -52,8 +52,10 @@ class _Reader:
         for index, matrix in self._instances():
             if index not in meshes:
                 meshes[index] = self._mesh(index)
-            triangles += sum(len(part.faces) for part in meshes[index])
+            more = sum(len(part.faces) for part in meshes[index])
+            triangles += more
             check_triangles(self.file.path, triangles)
+            self.file.allowance.spend("triangles", more)
             result += [part.moved(matrix) for part in meshes[index]]
         return result
 
@@ -61,6 +63,7 @@ class _Reader:
         """Meshes to draw and their matrices (4, 4), in the order of the node tree."""
         file = self.file
         nodes = file.items("nodes")
+        file.allowance.spend("nodes", len(nodes))
         seen = np.zeros(len(nodes), bool)
         stack = [(root, np.eye(4)) for root in reversed(self._roots())]
         result = []
@@ -96,6 +99,8 @@ class _Reader:
         return value
 
     def _matrix(self, node: dict[str, Any], name: str) -> NDArray[np.float64]:
+        if not {"matrix", "rotation", "scale", "translation"} & node.keys():
+            return np.eye(4)
         if "matrix" in node:
             return self.file.numbers(node, "matrix", name, [0.0] * 16).reshape(4, 4).T
         matrix = np.eye(4)
@@ -120,6 +125,7 @@ class _Reader:
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
             self.file.fail(f"'primitives' of meshes[{index}] is not a list of objects")
+        self.file.allowance.spend("primitives", len(primitives))
         parts = [self._primitive(item, f"meshes[{index}].primitives[{k}]") for k, item in enumerate(primitives)]
         return [part for part in parts if part is not None]
 
@@ -135,6 +141,7 @@ class _Reader:
             return None  # nothing to draw, says the standard
         data = self._geometry(primitive, attributes, name)
         vertices = data("POSITION", (3,))
+        file.allowance.spend("vertices", len(vertices))
         faces = data.faces if data.faces is not None else self._faces(primitive, mode, len(vertices), name)
         if not len(faces):
             return None
@@ -177,6 +184,7 @@ class _Reader:
         if not compressed or ("bufferView" in position and not decoders.available(_DRACO)):
             return _Geometry(file, attributes, name)
         faces, arrays = file.draco(compressed, name)
+        file.allowance.spend("packed", faces.size)
         count = file.integer(position, "count", f"POSITION of {name}")
         if len(faces) and not 0 <= faces.min() <= faces.max() < count:
             file.fail(f"the Draco data of {name} has triangles beyond its {count} vertices")
@@ -186,13 +194,16 @@ class _Reader:
     def _faces(self, primitive: dict[str, Any], mode: int, count: int, name: str) -> NDArray[np.int64]:
         file = self.file
         if "indices" in primitive:
+            entry = file.item("accessors", primitive["indices"], f"indices of {name}")
             values = file.accessor(primitive["indices"], f"indices of {name}", (1,))[:, 0]
+            file.allowance.spend("packed" if file.is_compressed(entry) else "indices", len(values))
             if values.dtype.kind != "u":
                 file.fail(f"indices of {name} are of type {values.dtype}; valid: unsigned 8, 16 or 32 bits")
             order = values.astype(np.int64)
             if len(order) and order.max() >= count:
                 file.fail(f"an index of {name} is {order.max()}; its vertices are 0..{count - 1}")
         else:
+            file.allowance.spend("indices", count)
             order = np.arange(count, dtype=np.int64)
         if mode == _TRIANGLES:
             if len(order) % 3:
