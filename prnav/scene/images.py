@@ -83,7 +83,8 @@ class EncodedImage:
         try:
             image = self._open()
             if size[0] * size[1] > MAX_PIXELS:  # only a JPEG can be decoded smaller than it is, by up to 8
-                image.draft(None, tuple(-(-side // min(factor, 8)) for side in size))
+                scale = min(factor, 8)
+                image.draft(None, (-(-size[0] // scale), -(-size[1] // scale)))
                 factor //= max(1, round(size[0] / image.size[0]))
             self._bounded(image.size)
             image.load()
