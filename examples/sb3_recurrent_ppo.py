@@ -5,7 +5,7 @@ import argparse
 import gymnasium
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.env import EnvConfig, load_source
+from prnav.domains.navigation.env import EnvConfig, load_source
 
 
 def main(steps: int = 2048, num_envs: int = 4, rollout: int = 64):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from prnav.env import EnvConfig, EpisodeSource, PointGoalNavVectorEnv, load_source
+from prnav.domains.navigation.env import EnvConfig, EpisodeSource, PointGoalNavVectorEnv, load_source
 from prnav.episodes import generate_table
 from prnav.version import __version__
 

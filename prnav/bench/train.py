@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from prnav.bench.ranks import measure_ranks
 from prnav.bench.table import Row, device_name, rates_by_turns, row
-from prnav.env import PointGoalNavVectorEnv
+from prnav.domains.navigation.env import PointGoalNavVectorEnv
 from prnav.policy import PolicyConfig, RecurrentPolicy, build_policy, sample_actions
 from prnav.resources import available_cores
 from prnav.train import PPOConfig, RunFolder, Trainer, group_sizes, load_train_config, ppo

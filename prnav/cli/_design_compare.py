@@ -17,7 +17,7 @@ from prnav.files import write_text
 from prnav.report.design_figures import FIGURES
 from prnav.report.design_methods import draw_methods, methods
 from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
-from prnav.report.style import save_png
+from prnav.style import save_png
 
 
 def compare(options: argparse.Namespace) -> None:

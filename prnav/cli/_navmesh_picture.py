@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.evaluate.maps import floor_heights
+from prnav.domains.navigation.maps import floor_heights
 from prnav.files import atomic_path
 from prnav.navmesh import GoalFields, NavMesh, NavMeshSet
 from prnav.navmesh.surface import triangle_areas

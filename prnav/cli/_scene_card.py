@@ -119,7 +119,7 @@ def _ratio(table: EpisodeTable) -> NDArray[np.float64]:
 
 def write_figure(path: Path, rows: list[HomeRow], tables: dict[str, EpisodeTable]) -> None:
     """Histograms of areas, rooms, lengths and ratios as PNG."""
-    from prnav.report.style import SERIES, new_figure, save_png, styled
+    from prnav.style import SERIES, new_figure, save_png, styled
 
     figure = new_figure(9.0, 6.0)
     with styled():

@@ -24,7 +24,7 @@ def validation_environments(config: TrainConfig) -> VectorEnv:
 
     Episodes of the user's own come from their val split where they are a folder, else the built-in ones are played.
     """
-    from prnav.env import NavigationVectorEnv, load_source
+    from prnav.domains.navigation.env import NavigationVectorEnv, load_source
 
     own = config.env.episodes is not None and config.env.episode_split is not None
     settings = (
@@ -41,9 +41,9 @@ def draw_validation(envs: VectorEnv, path: NDArray[np.float64]) -> NDArray[np.ui
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    from prnav.domains.navigation.maps import floor_of, make_maps
+    from prnav.domains.navigation.pictures.topdown import draw_floor, draw_trajectory
     from prnav.evaluate.evaluator import Trajectory
-    from prnav.evaluate.maps import floor_of, make_maps
-    from prnav.report.topdown import draw_floor, draw_trajectory
 
     source = envs.slots.source  # type: ignore[attr-defined]
     scene, (start, goal) = source.scene_index[0], (source.starts[0], source.goals[0])

@@ -151,8 +151,8 @@ def _list(options: argparse.Namespace) -> None:
 
 def _show(options: argparse.Namespace) -> None:
     from prnav.report.designs import draw_design, see, telling_pose
-    from prnav.report.style import save_png
     from prnav.sensors import load_design
+    from prnav.style import save_png
 
     design = load_design(options.design)
     sight, place = None, ""
@@ -228,7 +228,7 @@ def _evaluate(options: argparse.Namespace) -> None:
         _sweep(options)
         return
     from prnav.design.config import load_optimize_config
-    from prnav.design.proxy import Proxy
+    from prnav.domains.navigation.probe import Proxy
     from prnav.sensors import load_design
 
     designs = [load_design(name) for name in options.design]

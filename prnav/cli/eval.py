@@ -15,12 +15,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first, positive
+from prnav.domains.navigation.references import REFERENCE_AGENTS
 from prnav.errors import ConfigError
-from prnav.evaluate.references import REFERENCE_AGENTS
 from prnav.files import write_text
 
 if TYPE_CHECKING:
-    from prnav.env import EnvConfig
+    from prnav.domains.navigation.env import EnvConfig
     from prnav.evaluate.intervals import Interval
     from prnav.evaluate.learned import TrainedRun
     from prnav.evaluate.records import Evaluation
@@ -151,7 +151,7 @@ def _entries(options: argparse.Namespace, screen: Console) -> list[Entry]:
 
 
 def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, several: bool) -> Evaluation:
-    from prnav.env.episode_source import built_in_scenes
+    from prnav.domains.navigation.env.episode_source import built_in_scenes
     from prnav.evaluate.navigation import evaluate_navigation, load_questions
     from prnav.resources import available_cores
 
@@ -235,8 +235,8 @@ def _as_json(measures: Mapping[str, Interval]) -> dict[str, dict[str, float]]:
 
 def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str) -> EnvConfig:
     """The run's environment, or the default one, with the episodes and the target that were asked for."""
-    from prnav.env import EnvConfig
-    from prnav.tasks import TargetNavConfig
+    from prnav.domains.navigation.env import EnvConfig
+    from prnav.domains.navigation.tasks import TargetNavConfig
 
     check_data_options(options)
     if isinstance(agent, str):
@@ -309,10 +309,10 @@ def _device(name: str) -> str:
 
 
 def _draw(evaluation: Evaluation) -> None:
-    from prnav.evaluate.maps import load_maps
+    from prnav.domains.navigation.maps import load_maps
+    from prnav.domains.navigation.pictures.topdown import draw_episodes
     from prnav.evaluate.records import load_trajectories
-    from prnav.report.style import save_png
-    from prnav.report.topdown import draw_episodes
+    from prnav.style import save_png
 
     figure = draw_episodes(evaluation, load_trajectories(evaluation), load_maps(evaluation.directory))
     save_png(figure, evaluation.directory / PICTURE)

@@ -33,7 +33,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     runs = [read_run(run) for run in options.runs]
     if options.video:
-        from prnav.report.video import encoder, write_videos
+        from prnav.domains.navigation.pictures.film import encoder, write_videos
 
         encoder()  # refuses before any work where it is missing
         for evaluation in (evaluation for run in runs for evaluation in run.evaluations):

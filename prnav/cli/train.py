@@ -18,7 +18,7 @@ from prnav.cli._watch import draw_validation, validation_environments, with_wand
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
-    from prnav.env import NavigationVectorEnv
+    from prnav.domains.navigation.env import NavigationVectorEnv
     from prnav.train import RunFolder, TrainConfig
 
 PRESETS = {"pointgoal": "quickstart", "targetnav": "quickstart-targetnav"}
@@ -173,8 +173,8 @@ def _quoted(text: str) -> str:
 
 def load_environments(config: TrainConfig, console: Console) -> list[NavigationVectorEnv]:
     """The run's environments in groups over the same scenes, with a line that says which scene is loading."""
-    from prnav.env import NavigationVectorEnv
-    from prnav.env.episode_source import built_in_scenes
+    from prnav.domains.navigation.env import NavigationVectorEnv
+    from prnav.domains.navigation.env.episode_source import built_in_scenes
     from prnav.train import group_sizes
 
     with console.status("loading scenes") as status:
@@ -193,8 +193,8 @@ def load_environments(config: TrainConfig, console: Console) -> list[NavigationV
 def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
     """What the run is made from: hashes of its scenes, its episodes and their file."""
     from prnav.cache import hash_arrays
-    from prnav.env.episode_source import episode_path
-    from prnav.evaluate.benchmark import benchmark_of
+    from prnav.domains.navigation.benchmark import benchmark_of
+    from prnav.domains.navigation.env.episode_source import episode_path
     from prnav.files import sha256_file
 
     source = envs.slots.source

@@ -9,9 +9,9 @@ from typing import Literal
 
 from prnav.config import load_config
 from prnav.design.joint import JointConfig
-from prnav.design.proxy import ProxyConfig
 from prnav.design.search import SearchConfig
 from prnav.design.specialist import SpecialistConfig
+from prnav.domains.navigation.probe import ProxyConfig
 from prnav.errors import ConfigError
 from prnav.resources import resource
 from prnav.sensors import Design, DesignSpace, load_design, random_design

@@ -21,8 +21,8 @@ from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.cost import design_cost
 from prnav.design.joint import JointTrainer
-from prnav.design.proxy import Proxy
 from prnav.design.specialist import Judge, make_envs, mean_of, row_of, specialist_config
+from prnav.domains.navigation.probe import Proxy
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose, with_free_values

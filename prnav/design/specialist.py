@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from prnav.design.play import Measures, play
-from prnav.env import EnvConfig, EpisodeSource, NavigationVectorEnv, load_source
+from prnav.domains.navigation.env import EnvConfig, EpisodeSource, NavigationVectorEnv, load_source
 from prnav.files import write_text
 from prnav.policy import RecurrentPolicy
 from prnav.sensors import Design, save_design

@@ -2,7 +2,7 @@
 
 The random, forward and goal-following agents are those of the Habitat paper (Savva et al. 2019, section 4.1): each
 stops when its GPS puts it within the success distance of the goal, so their scores measure moving, not stopping.
-The agents that feel their way (:mod:`prnav.evaluate.touch`) see nothing either.
+The agents that feel their way (:mod:`prnav.domains.navigation.touch`) see nothing either.
 """
 
 from __future__ import annotations

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from prnav.cache import hash_arrays
 from prnav.config import config_hash
+from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.errors import CheckpointError
 from prnav.evaluate.agents import Turn
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.sampling import sample_categorical, uniforms
 from prnav.policy import RecurrentPolicy, build_policy
 from prnav.train.checkpoint import load_policy_weights

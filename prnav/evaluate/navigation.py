@@ -13,17 +13,17 @@ import numpy as np
 
 from prnav.cache import cache_key, hash_arrays
 from prnav.config import to_mapping
-from prnav.env.config import EnvConfig
-from prnav.env.episode_source import EpisodeSource, load_source
-from prnav.env.navigation_slots import NavigationSlots
+from prnav.domains.navigation.benchmark import benchmark_of
+from prnav.domains.navigation.env.config import EnvConfig
+from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
+from prnav.domains.navigation.env.slots import NavigationSlots
+from prnav.domains.navigation.maps import FloorMap, make_maps, save_maps
+from prnav.domains.navigation.references import reference_agent
+from prnav.domains.navigation.sights import record_sights
 from prnav.errors import ConfigError
 from prnav.evaluate.agents import Agent
-from prnav.evaluate.benchmark import benchmark_of
 from prnav.evaluate.evaluator import Played, play_episodes
-from prnav.evaluate.maps import FloorMap, make_maps, save_maps
 from prnav.evaluate.records import Evaluation, RecordWriter
-from prnav.evaluate.references import reference_agent
-from prnav.evaluate.sight import record_sights
 from prnav.evaluate.summary import summarise
 from prnav.evaluate.workers import play_in_processes
 from prnav.sensors import Body
@@ -45,7 +45,7 @@ class Questions:
     """Split or file they come from."""
     source: EpisodeSource
     config: EnvConfig
-    """With ``limit`` and ``up``, what :func:`prnav.env.load_source` was asked for: workers load the same."""
+    """With ``limit`` and ``up``, what :func:`.load_source` was asked for: workers load the same."""
     limit: int | None = None
     up: str | None = None
 
@@ -89,7 +89,7 @@ class Player:
 def load_questions(
     config: EnvConfig, limit: int | None = None, up: str | None = None, progress: Progress | None = None
 ) -> Questions:
-    """Episodes that a config names and the scenes they need; arguments as :func:`prnav.env.load_source`.
+    """Episodes that a config names and the scenes they need; arguments as :func:`.load_source`.
 
     Raises:
         EpisodeError: the episodes cannot be read, there are none, or they belong to other scenes than these.

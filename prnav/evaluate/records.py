@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.errors import RecordError
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.evaluator import Played, Trajectory
 from prnav.files import atomic_path, write_text
 

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from prnav.domains.navigation.benchmark import BENCHMARK
+from prnav.domains.navigation.tasks import soft_spl, spl
 from prnav.errors import RecordError
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.evaluator import Trajectory
 from prnav.evaluate.records import RECORDS, TRAJECTORIES, Evaluation, load_evaluation, load_trajectories
 from prnav.evaluate.summary import summarise
 from prnav.files import sha256_file, write_text
-from prnav.tasks import soft_spl, spl
 
 SUBMISSION = "submission.json"
 KIND, FORMAT = "prnav-result", 1

@@ -82,7 +82,7 @@ def _work(
     answers: Queue[Any],
 ) -> None:
     """A worker's life."""
-    from prnav.env.episode_source import load_source
+    from prnav.domains.navigation.env.episode_source import load_source
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from prnav import style
 from prnav.errors import RecordError
-from prnav.report import style
 
 Rows = Sequence[Mapping[str, Any]]
 """Rows of a run's metrics."""

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from prnav import style
 from prnav.evaluate.summary import BY_KEY
-from prnav.report import style
 from prnav.report.design_results import Correlation, Gains, Performance
 
 

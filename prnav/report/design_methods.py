@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from prnav import style
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
-from prnav.report import style
 from prnav.report.design_figures import label_of
 from prnav.report.design_results import Gains, gains, load_rows, performances, two_level_interval
 

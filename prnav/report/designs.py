@@ -16,9 +16,9 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from prnav import style
 from prnav.render import Renderer
 from prnav.render.rays import sensor_views
-from prnav.report import style
 from prnav.sensors import Body, Design
 
 if TYPE_CHECKING:

@@ -12,20 +12,20 @@ from typing import Any
 import numpy as np
 
 import prnav
+from prnav import style
+from prnav.domains.navigation.maps import FloorMap, load_maps
+from prnav.domains.navigation.pictures.breakdown import draw_breakdown
+from prnav.domains.navigation.pictures.sights import draw_sight
+from prnav.domains.navigation.pictures.topdown import draw_episodes, draw_house, draw_pairs
+from prnav.domains.navigation.sights import load_sights
 from prnav.errors import RecordError
 from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups, shared_name
 from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.maps import FloorMap, load_maps
 from prnav.evaluate.picks import pick_episodes
 from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, load_evaluation, load_trajectories
-from prnav.evaluate.sight import load_sights
-from prnav.report import style
-from prnav.report.breakdown import draw_breakdown
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
-from prnav.report.sights import draw_sight
 from prnav.report.tables import comparison_html, differences_html, seeds_html
-from prnav.report.topdown import draw_episodes, draw_house, draw_pairs
 from prnav.sensors import Design
 from prnav.sensors.body import Body
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from prnav.config import load_config
-from prnav.env import EnvConfig
+from prnav.domains.navigation.env import EnvConfig
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig
 from prnav.resources import resource

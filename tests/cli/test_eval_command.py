@@ -7,8 +7,8 @@ import pytest
 import prnav
 from prnav.cli import eval as command
 from prnav.cli.report import main as report
-from prnav.env import EnvConfig
-from prnav.tasks import TargetNavConfig
+from prnav.domains.navigation.env import EnvConfig
+from prnav.domains.navigation.tasks import TargetNavConfig
 
 
 def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):

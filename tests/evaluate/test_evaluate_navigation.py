@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from prnav.env import EnvConfig
-from prnav.evaluate.maps import load_maps
+from prnav.domains.navigation.env import EnvConfig
+from prnav.domains.navigation.maps import load_maps
 from prnav.evaluate.navigation import evaluate_navigation, load_questions
 from prnav.evaluate.records import load_evaluation, load_trajectories
 

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 
+from prnav.domains.navigation.references import reference_agent
 from prnav.errors import RecordError
 from prnav.evaluate.agents import (
     FORWARD,
@@ -21,7 +22,6 @@ from prnav.evaluate.records import (
     load_evaluation,
     load_trajectories,
 )
-from prnav.evaluate.references import reference_agent
 
 HEADER = {"agent": "random", "actions": "sampled", "seed": 3, "split": "plane"}
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
+from prnav.domains.navigation.maps import FloorMap, floor_heights, floor_of, load_maps, make_maps, rasterise, save_maps
 from prnav.errors import RecordError
-from prnav.evaluate.maps import FloorMap, floor_heights, floor_of, load_maps, make_maps, rasterise, save_maps
 from prnav.navmesh import load_navmesh
 from prnav.scene import load_scene
 

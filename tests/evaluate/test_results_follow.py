@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from prnav.env import EnvConfig
+from prnav.domains.navigation.benchmark import BENCHMARK
+from prnav.domains.navigation.env import EnvConfig
+from prnav.domains.navigation.sights import load_sights
+from prnav.domains.navigation.tasks import TargetNavConfig
 from prnav.errors import CheckpointError, ConfigError, PrnavError, RecordError
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.learned import load_run, recipe
 from prnav.evaluate.navigation import evaluate_navigation, load_questions
 from prnav.evaluate.records import load_evaluation
-from prnav.evaluate.sight import load_sights
 from prnav.evaluate.submission import verify_submission, write_submission
 from prnav.policy import PolicyConfig
-from prnav.tasks import TargetNavConfig
 from prnav.train import PPOConfig, RunFolder, TrainConfig, Trainer
 
 FILES = ("records.jsonl", "trajectories.npz", "maps.npz", "evaluation.json")
@@ -58,7 +58,7 @@ def evaluated(questions, target, tmp_path_factory):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A TargetNav run that was saved before its first step."""
-    from prnav.env import NavigationVectorEnv
+    from prnav.domains.navigation.env import NavigationVectorEnv
 
     env = EnvConfig(scenes="val", max_scenes=1, grid=2, rays_per_receptor=1, targetnav=TargetNavConfig(max_steps=40))
     policy = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)

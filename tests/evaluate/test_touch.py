@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from prnav.domains.navigation.references import REFERENCE_AGENTS, reference_agent
+from prnav.domains.navigation.touch import BlindAgent, WallFollowerAgent
 from prnav.errors import ConfigError
 from prnav.evaluate.agents import FORWARD, LEFT, RIGHT, STOP, Turn
 from prnav.evaluate.evaluator import play_episodes
-from prnav.evaluate.references import REFERENCE_AGENTS, reference_agent
-from prnav.evaluate.touch import BlindAgent, WallFollowerAgent
 
 STEP = 0.25
 

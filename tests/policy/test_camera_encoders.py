@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from prnav.env import EnvConfig
-from prnav.env.spaces import observation_space
+from prnav.domains.navigation.env import EnvConfig
+from prnav.domains.navigation.env.spaces import observation_space
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy
 from prnav.policy.camera_encoders import PATCH, PICTURES_AT_ONCE, PatchMap, patches, pixels

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from prnav.domains.navigation.maps import FloorMap, save_maps
 from prnav.evaluate.evaluator import Played, Trajectory
-from prnav.evaluate.maps import FloorMap, save_maps
 from prnav.evaluate.records import RecordWriter
 from prnav.evaluate.summary import summarise
 

@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from prnav.evaluate.maps import load_maps
+from prnav.domains.navigation.maps import load_maps
+from prnav.domains.navigation.pictures.breakdown import bin_edges, draw_breakdown, means_by_bin
+from prnav.domains.navigation.pictures.sights import draw_sight, sensors_side_by_side
+from prnav.domains.navigation.pictures.topdown import draw_episodes, draw_house, draw_pairs
 from prnav.evaluate.picks import pick_episodes, pick_pairs
 from prnav.evaluate.records import load_evaluation, load_trajectories
-from prnav.report.breakdown import bin_edges, draw_breakdown, means_by_bin
 from prnav.report.curves import draw_curves, series, smooth
 from prnav.report.designs import REACH, Sight, draw_design, frusta
-from prnav.report.sights import draw_sight, sensors_side_by_side
-from prnav.report.style import save_png
-from prnav.report.topdown import draw_episodes, draw_house, draw_pairs
 from prnav.sensors import load_design
+from prnav.style import save_png
 
 
 def pixels(figure):

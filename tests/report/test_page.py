@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from prnav.domains.navigation.benchmark import BENCHMARK
+from prnav.domains.navigation.sights import SIGHTS
 from prnav.errors import RecordError
-from prnav.evaluate.benchmark import BENCHMARK
 from prnav.evaluate.picks import pick_episodes
 from prnav.evaluate.records import RecordWriter
-from prnav.evaluate.sight import SIGHTS
 from prnav.report.page import make_page, read_run
 from prnav.sensors import load_design
 

@@ -3,10 +3,10 @@ import sys
 import numpy as np
 import pytest
 
+from prnav.domains.navigation.maps import load_maps
+from prnav.domains.navigation.pictures.film import HEIGHT, WIDTH, draw_frames, write_videos
 from prnav.errors import PrnavError
-from prnav.evaluate.maps import load_maps
 from prnav.evaluate.records import load_evaluation, load_trajectories
-from prnav.report.video import HEIGHT, WIDTH, draw_frames, write_videos
 
 
 def test_frames_show_receptors_collisions_and_every_step(run):

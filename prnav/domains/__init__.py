@@ -1,0 +1,1 @@
+"""Families of tasks: each implements the contracts, and knows no trainer."""

@@ -1,0 +1,255 @@
+"""Navigation as a native Gymnasium vector environment: N agents in one call, restarted in the same step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from prnav.domains.navigation.env.config import EnvConfig
+from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
+from prnav.domains.navigation.env.order import EpisodeOrder
+from prnav.domains.navigation.env.slots import NavigationSlots, Observations
+from prnav.domains.navigation.env.spaces import num_actions, observation_space
+from prnav.errors import ConfigError
+from prnav.sim import HOLD
+from prnav.sim.world import Progress
+
+
+class NavigationVectorEnv(VectorEnv):
+    """N agents over one simulator, playing the task that their config names.
+
+    An episode that ends is followed by the next one in the same step (Gymnasium's ``SAME_STEP``): the returned
+    observation is the new episode's first, ``info["final_obs"]`` holds the old one's last (a dictionary per agent, None
+    where no episode ended) and ``info["final_info"]`` its measures, each with the mask of the agents concerned under
+    the same name with ``_`` in front.
+
+    Agent i, seeded s, plays the same episodes as a single environment seeded s + i.
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    task: ClassVar[str | None] = None
+    """The only task that a class plays; None takes the config's."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        config: EnvConfig | None = None,
+        source: EpisodeSource | None = None,
+        progress: Progress | None = None,
+        **settings: Any,
+    ):
+        """Environment of ``num_envs`` agents.
+
+        Args:
+            num_envs: N.
+            config: all settings; defaults where None.
+            source: scenes and episodes loaded before, shared between environments; else they are loaded as the config
+                says.
+            progress: called while scenes load.
+            settings: single settings of :class:`EnvConfig` instead of a config, for ``gymnasium.make``.
+
+        Raises:
+            PrnavError: a setting, a scene or an episode is wrong.
+        """
+        self.config = configure(config, settings, self.task)
+        if num_envs < 1:
+            raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
+        source = load_source(self.config, progress) if source is None else source
+        self.slots = NavigationSlots(source, num_envs, self.config)
+        self.num_envs = num_envs
+        self.render_mode = None
+        self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.single_action_space = gymnasium.spaces.Discrete(num_actions(self.config))
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
+        self._next_theta: dict[int, NDArray[np.float64]] = {}
+        self._observations: Observations = {}
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begin a new episode in every agent, from new seeds if given (one, or one per agent).
+
+        Without a seed the order of episodes goes on; the first reset without one draws seeds at random.
+        ``options={"episodes": indices}`` begins these rows of the source instead.
+        """
+        seeds = self._seeds(seed)
+        if seeds is not None:
+            self.order = EpisodeOrder(len(self.slots.source), seeds)
+        everyone = np.arange(self.num_envs)
+        chosen = (options or {}).get("episodes")
+        episodes = self.order.draw(everyone) if chosen is None else np.asarray(chosen, np.int64)
+        self._begin(everyone, episodes)
+        self._observations = self.slots.observe()
+        return self._copy(), self._facts()
+
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info."""
+        actions = np.asarray(actions, np.int64)
+        count = num_actions(self.config)
+        if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= count).any():
+            raise ValueError(f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {count - 1}")
+        ended = self.slots.advance(actions + self.slots.first_action)
+        rewards, terminated, truncated = (
+            self.slots.rewards.copy(),
+            self.slots.terminated.copy(),
+            self.slots.truncated.copy(),
+        )
+        self._observations = self.slots.observe()
+        info: dict[str, Any] = {}
+        if ended.any():
+            over = np.flatnonzero(ended)
+            info["final_obs"] = self._final_observations(over)
+            info["_final_obs"] = ended
+            info["final_info"] = self._final_measures(over, ended)
+            info["_final_info"] = ended
+            self._begin(over, self.order.draw(over))
+            for name, value in self.slots.observe(over).items():
+                self._observations[name][over] = value
+        return self._copy(), rewards, terminated, truncated, {**self._facts(), **info}
+
+    def expert_actions(self) -> NDArray[np.int64]:
+        """What the shortest-path follower would do now, (N,), as this environment numbers actions."""
+        return task_actions(self.slots.expert_actions(), self.slots.first_action)
+
+    def set_designs(self, agents: ArrayLike, theta: ArrayLike) -> None:
+        """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
+
+        Raises:
+            DesignError: the shape is wrong, or a number is not finite.
+        """
+        agents = np.asarray(agents, np.int64)
+        values = self.slots.checked_theta(len(agents), theta)
+        for row, agent in enumerate(agents):
+            self._next_theta[int(agent)] = values[row].copy()
+
+    def get_state(self) -> dict[str, NDArray[Any]]:
+        """All arrays that :meth:`set_state` needs to go on exactly here."""
+        state = {**self.slots.get_state(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
+        waiting = sorted(self._next_theta)
+        state["next_theta_agents"] = np.array(waiting, np.int64)
+        shape = (len(waiting), self.slots.num_sensors, 7)
+        state["next_theta"] = np.array([self._next_theta[agent] for agent in waiting], np.float64).reshape(shape)
+        return {name: value.copy() for name, value in state.items()}
+
+    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
+        """Go on where :meth:`get_state` was called; scenes, episodes and config must be the same."""
+        self.slots.set_state(state)
+        self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
+        self.order.drawn[:] = state["order_drawn"]
+        agents = state["next_theta_agents"]
+        self._next_theta = {int(agent): theta for agent, theta in zip(agents, state["next_theta"], strict=True)}
+        self._observations = self.slots.observe()
+
+    def observations(self) -> Observations:
+        """The observations that the last reset, step or :meth:`set_state` left, each (N, ...)."""
+        return self._copy()
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Nothing is held that needs closing."""
+
+    def _begin(self, agents: NDArray[np.int64], episodes: NDArray[np.int64]) -> None:
+        for agent in agents:
+            if int(agent) in self._next_theta:
+                self.slots.set_theta([agent], self._next_theta.pop(int(agent))[None])
+        self.slots.begin(agents, episodes)
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> NDArray[np.int64] | None:
+        if seed is None:
+            if self.order.drawn.any():
+                return None
+            seed = int(np.random.SeedSequence().generate_state(1)[0])
+        if isinstance(seed, int | np.integer):
+            return int(seed) + np.arange(self.num_envs)
+        if len(seed) != self.num_envs or any(value is None for value in seed):
+            raise ValueError(f"seed is {seed!r}; it must be one integer, or {self.num_envs} of them")
+        return np.array(seed, np.int64)
+
+    def _copy(self) -> Observations:
+        return {name: value.copy() for name, value in self._observations.items()}
+
+    def _facts(self) -> dict[str, Any]:
+        everyone = np.ones(self.num_envs, np.bool_)
+        scenes, episodes = self.slots.source.names(self.slots.episode)
+        return {
+            "scene_id": scenes,
+            "_scene_id": everyone,
+            "episode_id": episodes,
+            "_episode_id": everyone,
+            "distance_to_goal": self.slots.distance.copy(),
+            "_distance_to_goal": everyone,
+        }
+
+    def _final_observations(self, over: NDArray[np.int64]) -> NDArray[np.object_]:
+        """One dictionary for each agent whose episode ended, None for the others: Gymnasium's layout."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for agent in over:
+            final[agent] = {name: value[agent].copy() for name, value in self._observations.items()}
+        return final
+
+    def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
+        final: dict[str, Any] = {}
+        for name, value in self.slots.measures(over).items():
+            rows = np.zeros(self.num_envs)
+            rows[over] = value
+            final[name], final[f"_{name}"] = rows, ended
+        for name, values in zip(
+            ("scene_id", "episode_id"), self.slots.source.names(self.slots.episode[over]), strict=True
+        ):
+            texts = np.full(self.num_envs, None, dtype=object)
+            texts[over] = values
+            final[name], final[f"_{name}"] = texts, ended
+        return final
+
+
+class PointGoalNavVectorEnv(NavigationVectorEnv):
+    """N PointGoalNav agents: ``gymnasium.make_vec("prnav/PointGoalNav-v0")``."""
+
+    task = "pointgoal"
+
+
+class TargetNavVectorEnv(NavigationVectorEnv):
+    """N TargetNav agents: ``gymnasium.make_vec("prnav/TargetNav-v0")``."""
+
+    task = "targetnav"
+
+
+def task_actions(actions: NDArray[np.int64], first_action: int) -> NDArray[np.int64]:
+    """The simulator's actions (N,) as a task numbers them; one it lacks (stop at the target) becomes its first."""
+    return np.where(actions == HOLD, HOLD, np.maximum(actions - first_action, 0))
+
+
+def configure(config: EnvConfig | None, settings: dict[str, Any], task: str | None = None) -> EnvConfig:
+    """A config, or one made of single settings as they come from ``gymnasium.make``.
+
+    Args:
+        config: the config, or None.
+        settings: single settings instead of it.
+        task: the only task that will do; single settings need not name it.
+
+    Raises:
+        ConfigError: both are given, a setting is unknown or wrong, or the config is another task's.
+    """
+    from prnav.config import from_mapping
+
+    if config is None:
+        if task == "targetnav":
+            settings = {"targetnav": {}, **settings}
+        config = from_mapping(EnvConfig, settings, "environment settings")
+    elif settings:
+        raise ConfigError(f"give either a config or single settings, not both: {', '.join(settings)}")
+    if task is not None and config.task_name != task:
+        raise ConfigError(
+            f"the environment is for {task} and its config for {config.task_name}; "
+            f"{'set' if task == 'targetnav' else 'leave out'} its targetnav rules, or take the other environment"
+        )
+    return config

@@ -1,0 +1,1 @@
+"""Pictures of navigation: floor plans with trajectories, what receptors saw, films."""

@@ -1,0 +1,69 @@
+"""What receptors saw along the episodes that are shown, kept beside the records so that no scene is needed later."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prnav.errors import RecordError
+from prnav.evaluate.picks import pick_episodes
+from prnav.evaluate.records import Evaluation, load_trajectories
+from prnav.files import atomic_path
+
+if TYPE_CHECKING:
+    from prnav.domains.navigation.env.slots import NavigationSlots
+
+SIGHTS = "sights.npz"
+
+_CHUNK = 256  # steps rendered at once
+
+
+def record_sights(evaluation: Evaluation, slots: NavigationSlots) -> None:
+    """Write ``sights.npz``: readings along the episodes of :func:`prnav.evaluate.picks.pick_episodes`, in 8 bits.
+
+    An agent without light leaves no such file.
+    """
+    path = evaluation.directory / SIGHTS
+    if slots.renderer is None:
+        path.unlink(missing_ok=True)
+        return
+    trajectories = load_trajectories(evaluation)
+    index = {episode: row for row, episode in enumerate(slots.source.ids)}
+    picked = [row for rows in pick_episodes(evaluation.rows).values() for row in rows]
+    arrays: dict[str, NDArray[np.generic]] = {"rows": np.array(picked, np.int64), "grid": np.array(slots.config.grid)}
+    for row in picked:
+        record, track = evaluation.rows[row], trajectories[row]
+        episode = index[record["scene_id"], record["episode_id"]]
+        parts = []
+        for begin in range(0, len(track.positions), _CHUNK):
+            part = slice(begin, begin + _CHUNK)
+            count = len(track.positions[part])
+            poses = np.repeat(slots.poses[:1], count, axis=0)
+            seen = slots.read(np.full(count, episode), track.positions[part], track.yaws[part], poses)
+            parts.append(np.round(255.0 * seen).astype(np.uint8))
+        arrays[f"readings_{row}"] = np.concatenate(parts)
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def load_sights(directory: str | Path) -> Mapping[int, NDArray[np.uint8]]:
+    """Readings by row of the records, each (T + 1, K, B, B, 3) in 0..255; empty where none were kept.
+
+    Raises:
+        RecordError: the file is broken.
+    """
+    path = Path(directory) / SIGHTS
+    if not path.exists():
+        return {}
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            grid = int(stored["grid"])
+            sights = {int(row): stored[f"readings_{row}"] for row in stored["rows"]}
+        return {row: seen.reshape(*seen.shape[:2], grid, grid, 3) for row, seen in sights.items()}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error
