@@ -8,9 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
+from prnav.cli._common import Screen
 from prnav.errors import ConfigError
 from prnav.evaluate.intervals import Interval
 from prnav.files import write_text
@@ -31,7 +31,7 @@ def compare(options: argparse.Namespace) -> None:
         result = against_scores(rows, _scores(options.scores), options.measure)
     else:
         result = ANALYSES[kind](rows, options.measure)
-    console = Console()
+    console = Screen()
     told: dict[str, Any] = {"kind": kind, "measure": options.measure}
     if isinstance(result, Gains):
         entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
@@ -60,7 +60,7 @@ def compare(options: argparse.Namespace) -> None:
 def _compare_methods(options: argparse.Namespace) -> None:
     """Searches side by side, a row each."""
     found = methods(options.folder, options.measure)
-    console = Console()
+    console = Screen()
     console.width = max(console.width, 120)  # a folded table of numbers cannot be read
     table = Table(title=f"methods: {options.measure}", title_justify="left", title_style="bold")
     for column in ("method\nscored by", "steps\nper start", "designs\ntried", "own score\nto found"):

@@ -6,13 +6,13 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from prnav.cli._common import command
+from prnav.cli._common import Parser, command
 from prnav.files import write_text
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav-report",
         description="Write one HTML page about runs: results, learning curves, trajectories. It opens from disk.",
     )

@@ -13,9 +13,7 @@ from __future__ import annotations
 import dataclasses
 import glob
 import multiprocessing
-import os
 import queue
-import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +25,7 @@ from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
+from prnav.processes import deaf_children, end_processes, worker_process
 from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
 
@@ -160,12 +159,12 @@ def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) ->
     """Have worker processes take the jobs one by one, and pass on what they say."""
     context = multiprocessing.get_context("spawn")
     messages, following = context.Queue(), context.Value("q", 0)
-    arguments = (jobs, config, messages, following, os.getpid())
-    processes = [context.Process(target=_worker, args=arguments, daemon=True) for _ in range(workers)]
-    for process in processes:
-        process.start()
+    processes = [worker_process(context, _worker, jobs, config, messages, following) for _ in range(workers)]
     done = 0
     try:
+        with deaf_children():
+            for process in processes:
+                process.start()
         while done < len(jobs):
             try:
                 kind, scene_id, value = messages.get(timeout=1.0)
@@ -182,19 +181,13 @@ def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) ->
             done += kind == "done"
             note(kind, scene_id, value)
     finally:
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.join()
+        end_processes(processes)
 
 
-def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Any, following: Any, parent: int) -> None:
-    """Take jobs until there are no more, or until the process that asked for them is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
+def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Any, following: Any) -> None:
+    """Take jobs until there are no more."""
 
     def note(kind: str, scene_id: str, value: Any) -> None:
-        if os.getppid() != parent:
-            os._exit(1)  # nobody listens: not even the queue's thread can end
         messages.put((kind, scene_id, value))
 
     while True:
