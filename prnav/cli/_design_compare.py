@@ -17,6 +17,8 @@ from prnav.files import write_text
 from prnav.report.design_figures import FIGURES
 from prnav.report.design_methods import draw_methods, methods
 from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
+from prnav.schema import MapOf, Number, read_json
+from prnav.schema import Table as Fields
 from prnav.style import save_png
 
 
@@ -99,7 +101,7 @@ def _scores(file: str | None) -> dict[str, dict[str, float]]:
         raise ConfigError(
             "--kind proxy compares with the proxy's scores; give --scores FILE (evaluate --proxy --json FILE)"
         )
-    try:
-        return dict(json.loads(Path(file).read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"scores {file}: cannot be read ({error}); write them by evaluate --proxy --json") from error
+    scores: dict[str, dict[str, float]] = read_json(
+        file, MapOf(Fields({"score": Number()})), ConfigError, "write scores by evaluate --proxy --json"
+    )
+    return scores

@@ -217,13 +217,14 @@ def _optimize(options: argparse.Namespace) -> None:
 
 def _print_optimized(config: OptimizeConfig, folder: Path, best: Design) -> None:
     from prnav.report.design_results import gains, load_rows
+    from prnav.result_kinds import read_start
 
     console = Screen()
     table = Table(title=f"{config.name}: {config.method}", title_justify="left", title_style="bold")
     for column in ("start", "designs tried", "steps", "initial", "found"):
         table.add_column(column, justify="right")
     for number in range(config.starts):
-        start = json.loads((folder / f"start-{number}" / "start.json").read_text(encoding="utf-8"))
+        start = read_start(folder / f"start-{number}" / "start.json")
         scores = (f"{start[name]:.4f}" for name in ("initial", "found"))
         table.add_row(str(number), str(start["trials"]), f"{start['steps']:,}", *scores)
     console.print(table)

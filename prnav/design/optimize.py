@@ -25,6 +25,7 @@ from prnav.design.specialist import Judge, make_envs, mean_of, row_of, specialis
 from prnav.domains.navigation.probe import Proxy
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.result_kinds import read_start
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose, with_free_values
 from prnav.sim.world import Progress
 from prnav.train import RunFolder
@@ -133,13 +134,13 @@ class Optimizer:
         place = self._place(number)
         done = place / "start.json"
         if done.exists():
-            return json.loads(done.read_text(encoding="utf-8"))
+            return read_start(done)
         initial = self.config.initial_design(number)
         save_design(initial, place / "initial.toml")
         method = {"joint": self._joint, "halving": self._halving}.get(self.config.method, self._study)
         found, facts = method(initial, number)
         if done.exists():  # another process on the same study was first
-            return json.loads(done.read_text(encoding="utf-8"))
+            return read_start(done)
         save_design(found, place / "found.toml")
         score = {"joint": "generalist", "halving": "specialist"}.get(self.config.method, self.config.score)
         facts = {"start": number, "method": self.config.method, "score": score, **facts}

@@ -23,6 +23,7 @@ from prnav.episodes.builtin import make_header
 from prnav.episodes.files import content_names, read_header, write_episode_stream
 from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
+from prnav.files import held_folder
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
 from prnav.processes import deaf_children, end_processes, worker_process
@@ -71,8 +72,20 @@ def generate_files(
 
     Raises:
         PrnavError: a scene cannot be read, or has no episodes.
-        EpisodeError: a process was killed.
+        EpisodeError: a process was killed, or another one writes to the same folder.
     """
+    taken = f"{path.parent}: another process draws episodes here; wait for it, or choose another --out or --split"
+    with held_folder(path.parent, EpisodeError, taken):
+        return _generate_files(sources, path, config, workers, progress)
+
+
+def _generate_files(
+    sources: Mapping[str, Source],
+    path: Path,
+    config: BulkConfig,
+    workers: int | None,
+    progress: Progress | None,
+) -> Written:
     content = path.parent / "content"
     alone = len(sources) == 1
     files = {scene_id: content / f"{name}.json.gz" for scene_id, name in content_names(sources).items()}

@@ -14,7 +14,6 @@ import math
 import os
 import shutil
 import time
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +23,12 @@ import numpy as np
 
 from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.errors import RecordError
+from prnav.evaluate import record_kinds as kinds
 from prnav.evaluate.evaluator import Played, Trajectory
-from prnav.files import atomic_path, write_text
+from prnav.evaluate.record_kinds import HEADER, check_rows
+from prnav.files import atomic_path, read_regular, remove_parts, write_text
+from prnav.schema import read_json
+from prnav.stored_arrays import BROKEN, check_lengths, read_arrays
 
 EVALUATION, RECORDS, TRAJECTORIES, PARTIAL = (
     "evaluation.json",
@@ -40,6 +43,8 @@ BLOCK_EPISODES, BLOCK_SECONDS = 64, 20.0
 """A block is written when it holds so many episodes or is so old: what a kill can cost."""
 
 EpisodeId = tuple[str, str]
+
+_AGAIN = "evaluate again with --restart"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +103,8 @@ class RecordWriter:
         except RecordError:
             self._lock.close()
             raise
+        remove_parts(self.directory)
+        remove_parts(self.directory / PARTIAL)
         if not self.rows:
             self._clear()
         write_text(self.directory / EVALUATION, _dump({**self._header, "finished": False}, indent=1))
@@ -203,7 +210,7 @@ def load_evaluation(directory: str | Path) -> Evaluation:
         raise RecordError(f"{directory}: the evaluation is unfinished; run the same prnav-eval command to go on")
     path = directory / RECORDS
     try:
-        rows = _parse_rows(path, path.read_bytes())
+        rows = _parse_rows(path, read_regular(path))
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error
     if len(rows) != header.get("episodes"):
@@ -222,9 +229,16 @@ def load_trajectories(evaluation: Evaluation) -> list[Trajectory]:
     path = evaluation.directory / TRAJECTORIES
     stored = _read_trajectories(path)
     try:
-        return [stored[_episode(row)] for row in evaluation.rows]
+        tracks = [stored[_episode(row)] for row in evaluation.rows]
     except KeyError as error:
-        raise RecordError(f"{path}: lacks episode {error}; evaluate again with --restart") from error
+        raise RecordError(f"{path}: lacks episode {error}; {_AGAIN}") from error
+    for row, track in zip(evaluation.rows, tracks, strict=True):
+        if "steps" in row and row["steps"] != len(track.actions):
+            raise RecordError(
+                f"{path}: episode {_episode(row)} has {len(track.actions)} steps and {row['steps']:g} in {RECORDS}; "
+                f"{_AGAIN}"
+            )
+    return tracks
 
 
 def is_finished(directory: str | Path) -> bool:
@@ -265,14 +279,7 @@ def _plain(value: Any) -> Any:
 
 def _read_header(directory: Path) -> dict[str, Any]:
     path = directory / EVALUATION
-    try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error}); make it with prnav-eval") from error
-    except ValueError as error:
-        raise RecordError(f"{path}: not valid JSON ({error}); evaluate again with prnav-eval --restart") from error
-    if not isinstance(header, dict) or not isinstance(header.get("format"), int):
-        raise RecordError(f"{path}: not an evaluation of prnav; make one with prnav-eval")
+    header: dict[str, Any] = read_json(path, HEADER, RecordError, "evaluate again with prnav-eval --restart")
     if header.get("benchmark") not in (None, BENCHMARK):
         raise RecordError(
             f"{path}: a result of benchmark {header['benchmark']}, and this version of prnav has {BENCHMARK}; evaluate "
@@ -287,11 +294,10 @@ def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
     rows = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
-            row = json.loads(line)
-            _episode(row)
-        except (ValueError, KeyError, TypeError) as error:
-            raise RecordError(f"{path}: line {number} is not a record; evaluate again with --restart") from error
-        rows.append(row)
+            rows.append(json.loads(line))
+        except (ValueError, RecursionError) as error:
+            raise RecordError(f"{path}: line {number} is not a record; {_AGAIN}") from error
+    check_rows(rows, str(path), _AGAIN)
     return rows
 
 
@@ -312,8 +318,18 @@ def _write_trajectories(path: Path, trajectories: Mapping[EpisodeId, Trajectory]
 
 def _read_trajectories(path: Path) -> dict[EpisodeId, Trajectory]:
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        arrays = read_arrays(path, kinds.TRAJECTORIES)
+        steps, episodes = arrays["steps"], len(arrays["scene_id"])
+        if len(steps) and not 0 <= int(steps.min()) <= int(steps.max()) <= len(arrays["actions"]):
+            raise ValueError(f"'steps' are from {steps.min()} to {steps.max()}")
+        moves = int(steps.sum())
+        check_lengths(
+            episodes=(episodes, {name: arrays[name] for name in ("episode_id", "steps")}),
+            steps=(moves, {name: arrays[name] for name in ("actions", "collisions")}),
+            states=(moves + episodes, {name: arrays[name] for name in ("positions", "yaws")}),
+        )
+        if arrays["positions"].shape[1] != 3:
+            raise ValueError(f"'positions' have {arrays['positions'].shape[1]} columns where there are 3")
         ends = np.cumsum(arrays["steps"])
         begins = ends - arrays["steps"]
         result = {}
@@ -323,6 +339,6 @@ def _read_trajectories(path: Path) -> dict[EpisodeId, Trajectory]:
             result[str(scene), str(episode)] = Trajectory(
                 arrays["positions"][states], arrays["yaws"][states], arrays["actions"][a:b], arrays["collisions"][a:b]
             )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); evaluate again with --restart") from error
+    except BROKEN as error:
+        raise RecordError(f"{path}: cannot be read ({error}); {_AGAIN}") from error
     return result

@@ -19,9 +19,11 @@ from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.domains.navigation.tasks import soft_spl, spl
 from prnav.errors import RecordError
 from prnav.evaluate.evaluator import Trajectory
+from prnav.evaluate.record_kinds import RESULT
 from prnav.evaluate.records import RECORDS, TRAJECTORIES, Evaluation, load_evaluation, load_trajectories
 from prnav.evaluate.summary import summarise
 from prnav.files import sha256_file, write_text
+from prnav.schema import Anything, MapOf, fit, read_json
 
 SUBMISSION = "submission.json"
 KIND, FORMAT = "prnav-result", 1
@@ -85,6 +87,9 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
 
 def measured(row: Mapping[str, Any], track: Trajectory, head: Mapping[str, Any]) -> dict[str, float]:
     """Measures of an episode worked out from its trajectory, its distances to the goal and the task's rules."""
+    lacking = [key for key in ("distance_to_goal", "geodesic_distance", "closest_distance") if row.get(key) is None]
+    if lacking:
+        raise RecordError(f"records: episode {row['episode_id']} has no finite {lacking[0]}; nothing follows from it")
     rules = head["rules"]
     stops = len(track.actions) > 0 and int(track.actions[-1]) == STOP
     taken = float(np.linalg.norm(np.diff(track.positions, axis=0), axis=1).sum())
@@ -106,11 +111,8 @@ def measured(row: Mapping[str, Any], track: Trajectory, head: Mapping[str, Any])
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); give a file that prnav-eval --submit wrote") from error
-    if not isinstance(told, dict) or told.get("kind") != KIND:
+    told: dict[str, Any] = read_json(path, MapOf(Anything()), RecordError, "give a file that prnav-eval --submit wrote")
+    if told.get("kind") != KIND:
         raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
     if told.get("format") != FORMAT:
         raise RecordError(f"{path}: format {told.get('format')!r}; this version of prnav reads {FORMAT}")
@@ -119,7 +121,5 @@ def _read(path: Path) -> dict[str, Any]:
             f"{path}: a result of benchmark {told['benchmark']}, and this version of prnav has {BENCHMARK}; verify it "
             f"with prnav {told.get('version')}"
         )
-    lacking = [key for key in ("task", "rules", "measures", "sha256") if not isinstance(told.get(key), dict | str)]
-    if lacking:
-        raise RecordError(f"{path}: lacks {', '.join(lacking)}; make it anew with prnav-eval --submit")
+    fit(told, RESULT, RecordError, str(path), "make it anew with prnav-eval --submit")
     return told

@@ -26,6 +26,7 @@ from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, lo
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
 from prnav.report.tables import comparison_html, differences_html, seeds_html
+from prnav.schema import Anything, MapOf, Table, Text, read_json
 from prnav.sensors import Design
 from prnav.sensors.body import Body
 
@@ -197,6 +198,10 @@ def _pictures(evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: 
     sights = load_sights(evaluation.directory)
     picks = [index for index in pick_episodes(evaluation.rows).get("random", []) if index in sights]
     for index in (picks or list(sights))[:1]:
+        if index >= len(evaluation.rows) or len(sights[index]) != len(trajectories[index].positions):
+            raise RecordError(
+                f"{evaluation.directory}: its sights are of other episodes; evaluate again with --restart"
+            )
         row, track = evaluation.rows[index], trajectories[index]
         figure = draw_sight(row, track, sights[index], maps, f"{evaluation.label}: what the receptors saw")
         parts.append(_figure(style.data_uri(figure), SIGHT))
@@ -212,7 +217,8 @@ def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
             parts.append(f"<p>The body of design {html.escape(told['name'])} is {html.escape(told['body']['shape'])}; ")
             parts.append("<code>prnav-design show FILE</code> draws it.</p>")
             continue
-        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))
+        body = Body(**{key: told["body"][key] for key in ("radius", "height") if key in told["body"]})
+        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), body)
         parts.append(_figure(style.data_uri(draw_design(design)), f"The design {design.name} on the body."))
     return parts
 
@@ -244,8 +250,7 @@ def _trained(run: RunRecords) -> str:
 def _facts(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); restore it or delete it") from error
-    return facts if isinstance(facts, dict) else {}
+    facts: dict[str, Any] = read_json(
+        path, Table(allowed={"data": MapOf(Anything()), "warm_start": Text()}), RecordError, "restore it or delete it"
+    )
+    return facts

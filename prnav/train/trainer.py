@@ -23,6 +23,7 @@ from prnav.errors import CheckpointError, PrnavError
 from prnav.policy import RecurrentPolicy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
+from prnav.train.board import Board
 from prnav.train.config import TrainConfig
 from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
@@ -227,7 +228,10 @@ class Trainer:
         """Write and report one row of metrics."""
         if not self.workers.first:
             return
-        self.folder.append_metrics(row)
+        try:
+            self.folder.append_metrics(row)
+        except OSError as error:
+            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training goes on without")
         for group in ("measures", "losses", "times", "validation"):
             for name, value in row.get(group, {}).items():
                 board.add_scalar(f"{group}/{name}", value, self.step)
@@ -317,7 +321,11 @@ class Trainer:
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
-            return checkpoint.load_latest(folder, lambda tree: tree["counters"]["step"], self.warn, workers.size)
+            return checkpoint.load_latest(folder, step_of, self.warn, workers.size)
+
+        def step_of(tree: dict[str, Any]) -> int:
+            checkpoint.needed(tree, ("counters",), folder)
+            return int(tree["counters"]["step"])
 
         step = workers.on_first(newest)
         path = checkpoint.checkpoint_path(folder, step)
@@ -333,10 +341,21 @@ class Trainer:
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
     def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Go on from :meth:`state_dict`.
+
+        Raises:
+            CheckpointError: a part is missing, or is not what this run would write.
+        """
+        checkpoint.needed(state, ("policy", "learner", "collector", "counters", "seconds", "recent"), source)
         checkpoint.load_policy_weights(self.policy, state["policy"], source)
-        self.learner.load_state_dict(state["learner"])
-        self.crew.load_state_dict(state["collector"], source)
+        try:
+            self.learner.load_state_dict(state["learner"])
+            self.crew.load_state_dict(state["collector"], source)
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as error:
+            raise CheckpointError(
+                f"checkpoint {source}: a part is not what this run would write ({' '.join(str(error).split())[:200]}); "
+                f"it is damaged, or of another version: delete it to go on from the one before"
+            ) from error
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]
         self.saved_step, self.seconds = self.step, state["seconds"]
@@ -355,9 +374,7 @@ class Trainer:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
             return nullcontext()
-        from torch.utils.tensorboard import SummaryWriter
-
-        return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
+        return Board(self.folder.tensorboard, self.step, self.warn)
 
     def _facts(self, shapes: Mapping[str, tuple[int, ...]], actions: int, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
@@ -399,6 +416,7 @@ def load_policy(
     config = folder.load_config()
 
     def use(tree: dict[str, Any]) -> tuple[RecurrentPolicy, Row]:
+        checkpoint.needed(tree, ("shapes", "actions", "policy", "counters"), folder.path)
         shapes = {key: tuple(shape) for key, shape in tree["shapes"].items()}
         policy = build_policy(config.policy, shapes, tree["actions"])
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
