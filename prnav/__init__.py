@@ -65,4 +65,4 @@ def __getattr__(name: str) -> Any:
 
 
 # by name, since the rooms below env may import this module but not env
-importlib.import_module("prnav.registration").register()
+importlib.import_module("prnav.catalog").register()

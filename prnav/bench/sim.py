@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from prnav.domains.navigation.env import EnvConfig, EpisodeSource, PointGoalNavVectorEnv, load_source
+from prnav.domains.navigation.env import EpisodeSource, load_source
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig, PointGoalNavVectorEnv
 from prnav.episodes import generate_table
 from prnav.version import __version__
 
@@ -26,11 +27,11 @@ def measure_sim(seconds: float = 2.0, scenes: int = 8) -> list[dict[str, Any]]:
         seconds: how long each row is measured [s].
         scenes: how many homes of the val split the agents are spread over.
     """
-    config = EnvConfig(scenes="val", max_scenes=scenes)
+    config = PointGoalEnvConfig(scenes="val", max_scenes=scenes)
     source = load_source(config)
     rows = [
         _row("env_step_photoreceptors", _steps(config, source, seconds), "steps/s"),
-        _row("env_step_blind", _steps(EnvConfig(scenes="val", vision=False), source, seconds), "steps/s"),
+        _row("env_step_blind", _steps(PointGoalEnvConfig(scenes="val", vision=False), source, seconds), "steps/s"),
         _row("expert_actions", _labels(source, seconds), "labels/s"),
         _row("generate_episodes", _episodes(source, seconds), "episodes/s"),
     ]
@@ -58,7 +59,7 @@ def _rate(work: Callable[[], int], seconds: float) -> float:
     return done / (time.process_time() - start)
 
 
-def _steps(config: EnvConfig, source: EpisodeSource, seconds: float) -> float:
+def _steps(config: PointGoalEnvConfig, source: EpisodeSource, seconds: float) -> float:
     env = PointGoalNavVectorEnv(AGENTS, config, source)
     env.reset(seed=0)
     generator = np.random.Generator(np.random.PCG64(0))
@@ -72,7 +73,7 @@ def _steps(config: EnvConfig, source: EpisodeSource, seconds: float) -> float:
 
 
 def _labels(source: EpisodeSource, seconds: float) -> float:
-    env = PointGoalNavVectorEnv(AGENTS, EnvConfig(scenes="val", vision=False), source)
+    env = PointGoalNavVectorEnv(AGENTS, PointGoalEnvConfig(scenes="val", vision=False), source)
     env.reset(seed=0)
     spent, labels = 0.0, 0
     env.step(env.expert_actions())

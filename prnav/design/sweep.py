@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from prnav.config import load_config, to_toml
+from prnav.contracts import Progress
 from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.specialist import Judge, row_of
@@ -22,7 +23,6 @@ from prnav.files import write_text
 from prnav.result_kinds import PLAN_KIND, read_judged
 from prnav.schema import read_json
 from prnav.sensors import load_design, save_design
-from prnav.sim.world import Progress
 
 PLAN, RESULTS = "plan.json", "results.jsonl"
 
@@ -92,6 +92,7 @@ def work(
     folder: Path,
     say: Callable[[int, int, str], None] = lambda done, of, text: None,
     loading: Progress | None = None,
+    warn: Callable[[str], None] = lambda text: None,
 ) -> int:
     """Take jobs until all are done or held by others; how many are done then, by whomever."""
     _, jobs = read_plan(folder)
@@ -103,7 +104,7 @@ def work(
                 continue
             if job.task not in judges:
                 config = load_config(OptimizeConfig, folder / f"{job.task}.toml")
-                judges[job.task] = Judge(config.train, config.specialist, loading)
+                judges[job.task] = Judge(config.train, config.specialist, loading, warn=warn)
             say(len(_done(folder, jobs)), len(jobs), job.name)
             judges[job.task].specialist(load_design(folder / job.design), place, seed=job.seed)
             say(len(_done(folder, jobs)), len(jobs), f"{job.name} done")

@@ -85,16 +85,8 @@ RESULT = Table(
 )
 """``submission.json``."""
 
-TRAJECTORIES = {
-    "scene_id": Like("U", 1),
-    "episode_id": Like("U", 1),
-    "steps": Like("iu", 1),
-    "positions": Like("f", 2),
-    "yaws": Like("f", 1),
-    "actions": Like("iu", 1),
-    "collisions": Like("b", 1),
-}
-"""``trajectories.npz``."""
+TRACES = {"scene_id": Like("U", 1), "episode_id": Like("U", 1), "steps": Like("iu", 1)}
+"""What ``trajectories.npz`` has whatever the task; the task's own arrays have a row per step, or per state."""
 
 
 def check_rows(rows: list[Any], where: str, remedy: str) -> None:

@@ -12,12 +12,14 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
 from typing import TYPE_CHECKING, Any
 
+from prnav.catalog import task_spec
+from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
-from prnav.evaluate.evaluator import Played, play_episodes
+from prnav.play import TraceRecorder, play
 from prnav.processes import deaf_children, end_processes, worker_process
 
 if TYPE_CHECKING:
-    from prnav.evaluate.navigation import Player, Questions
+    from prnav.evaluate.evaluation import Player, Questions
 
 PATIENCE = 1.0
 """How long to wait for an episode before looking whether the workers still live [s]."""
@@ -31,7 +33,7 @@ def play_in_processes(
     workers: int,
     on_played: Callable[[Played], None],
 ) -> None:
-    """Play each of ``todo`` once, as :func:`prnav.evaluate.evaluator.play_episodes` does, in ``workers`` processes.
+    """Play each of ``todo`` once, as :func:`prnav.play.play` does, in ``workers`` processes.
 
     Raises:
         PrnavError: what a worker met, or that one died.
@@ -39,7 +41,7 @@ def play_in_processes(
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
     answers: Queue[Any] = context.Queue()
-    asked = (questions.config, questions.limit, questions.up)
+    asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
     processes = [worker_process(context, _work, *arguments) for _ in range(workers)]
@@ -70,20 +72,18 @@ def play_in_processes(
 
 def _work(
     player: Player,
-    asked: tuple[Any, int | None, str | None],
+    asked: tuple[str, TaskConfig, int | None],
     todo: Sequence[int],
     seed: int,
     num_slots: int,
     counter: Any,
     answers: Queue[Any],
 ) -> None:
-    """A worker's life."""
-    from prnav.domains.navigation.env.episode_source import load_source
-
+    """Play until no episode is left."""
     try:
-        config, limit, up = asked
-        slots, agent = player.build(load_source(config, limit=limit, up=up), num_slots)
-        play_episodes(slots, agent, _next(todo, counter), seed, answers.put)
+        name, config, limit = asked
+        slots, agent = player.build(task_spec(name).load(config, limit=limit), num_slots)
+        play(agent, slots, _next(todo, counter), seed, [TraceRecorder(answers.put)])
     except PrnavError as error:
         answers.put(error)
     answers.close()

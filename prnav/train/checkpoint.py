@@ -40,6 +40,7 @@ TREE = Table(
         "version": Text(),
         "config_hash": Text(),
         "shapes": MapOf(ListOf(_DIMENSION)),
+        "observations": MapOf(Table({"shape": ListOf(_DIMENSION)})),
         "policy": MapOf(Anything()),
         "counters": Table({"step": _COUNT, "updates": _COUNT, "episodes": _COUNT}),
         "workers": _COUNT,

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from torch import Tensor
 
+from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.train.checkpoint import check_like
 from prnav.train.progress import Progress
 from prnav.train.rollout import Collector, Rollout
@@ -29,9 +29,7 @@ WAITING = ("next_theta", "next_theta_agents")
 class Crew:
     """Collectors of several groups of environments, and the noise by which they act."""
 
-    def __init__(
-        self, groups: Sequence[VectorEnv], policy: RecurrentPolicy, seed: int, threads: int, rank: int = 0
-    ) -> None:
+    def __init__(self, groups: Sequence[BatchEnv], policy: Policy, seed: int, threads: int, rank: int = 0) -> None:
         """Crew at the first step of all its episodes.
 
         Args:
@@ -44,7 +42,7 @@ class Crew:
         sizes = [envs.num_envs for envs in groups]
         self.bounds = np.cumsum([0, *sizes]).tolist()
         self.environments = self.bounds[-1]
-        self.actions = policy.actions
+        self.noise_width = policy.head.noise_width + 1
         first = seed + rank * self.environments
         self.collectors = [
             Collector(envs, policy, first + begin) for envs, begin in zip(groups, self.bounds, strict=False)
@@ -80,8 +78,8 @@ class Crew:
         return rollout.window(steps=slice(0, progress.limit)), ended
 
     def _noise(self, rollout: Rollout) -> Tensor:
-        """Uniform numbers (T, N, A + 1) strictly between 0 and 1."""
-        shape = (rollout.steps, rollout.environments, self.actions + 1)
+        """Uniform numbers (T, N, W + 1) strictly between 0 and 1."""
+        shape = (rollout.steps, rollout.environments, self.noise_width)
         noise = self.generator.random(shape, dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
         return torch.from_numpy(noise).to(rollout.device)
 
@@ -93,7 +91,7 @@ class Crew:
         }
 
     def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
-        """Go on from :meth:`state_dict`.
+        """Continue from :meth:`state_dict`.
 
         Raises:
             CheckpointError: the environments were grouped otherwise.

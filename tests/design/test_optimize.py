@@ -8,11 +8,11 @@ import pytest
 
 from prnav.design.config import config_names, load_optimize_config
 from prnav.design.optimize import Optimizer
-from prnav.design.regression import fit_and_test, r2
 from prnav.design.specialist import Judge
 from prnav.design.sweep import collect, read_plan, work, write_plan
 from prnav.domains.navigation.probe import Proxy, ProxyConfig
 from prnav.errors import ConfigError
+from prnav.regression import fit_and_test, r2
 from prnav.sensors import Design, load_design, random_design
 from prnav.train.config import config_names as train_config_names
 

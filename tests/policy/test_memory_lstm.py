@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 import torch
 
-from prnav.policy import RecurrentCore, segment
+from prnav.policy import PolicyConfig
+from prnav.policy.memory import Inputs, LSTMMemory, segment
+
+
+def lstm(features: int, hidden: int, **changes) -> LSTMMemory:
+    return LSTMMemory(features, PolicyConfig(lstm_hidden=hidden, lstm_layers=2, **changes), fixes=True)
+
+
+def whole(core: LSTMMemory, features: torch.Tensor, begin: torch.Tensor, starts: np.ndarray) -> torch.Tensor:
+    inputs = Inputs(features.flatten(0, 1), None)
+    flags = torch.from_numpy(starts).flatten()
+    return core.sequence(inputs, {"lstm": begin}, flags, segment(starts)).view(*starts.shape, -1)
 
 
 def starts_of(kind: str, steps: int = 13, environments: int = 5) -> np.ndarray:
@@ -23,25 +34,25 @@ def test_packed_equals_step_by_step(kind):
     starts = starts_of(kind)
     steps, environments = starts.shape
     torch.manual_seed(0)
-    core = RecurrentCore(inputs=4, hidden=6, layers=2)
+    core = lstm(4, 6)
     features = torch.randn(steps, environments, 4)
     begin = torch.randn(2, 2, environments, 6)
 
-    state, expected = begin, []
+    state, expected = {"lstm": begin}, []
     for t in range(steps):
-        output, state = core.step(features[t], state, torch.from_numpy(starts[t]))
+        output, state = core.step(Inputs(features[t], None), state, torch.from_numpy(starts[t]))
         expected.append(output)
-    packed = core.sequence(features.flatten(0, 1), begin, segment(starts)).view(steps, environments, 6)
+    packed = whole(core, features, begin, starts)
     torch.testing.assert_close(packed, torch.stack(expected), atol=1e-5, rtol=0)
 
 
 def test_gradients_stop_at_episode_starts():
     starts = np.zeros((4, 2), bool)
     starts[2, 0] = True
-    core = RecurrentCore(inputs=3, hidden=5, layers=2)
+    core = lstm(3, 5)
     features = torch.randn(8, 3, requires_grad=True)
     begin = torch.randn(2, 2, 2, 5, requires_grad=True)
-    last = core.sequence(features, begin, segment(starts)).view(4, 2, 5)[3]
+    last = whole(core, features.view(4, 2, 3), begin, starts)[3]
     last[0].sum().backward()
     gradient = features.grad.view(4, 2, 3)
     assert (gradient[:2, 0] == 0).all() and (gradient[2:, 0] != 0).all()
@@ -58,3 +69,25 @@ def test_segments_cover_every_step_once_and_the_longest_come_first():
     assert (sizes[1:] <= sizes[:-1]).all() and sizes.sum() == 17 * 9
     assert sizes[0] == len(segments.environments) == 9 + starts[1:].sum()
     assert segments.carried.sum() == (~starts[0]).sum()
+
+
+def test_a_cut_is_whole_environments_step_by_step():
+    starts = starts_of("some", 6, 5)
+    cutter = lstm(3, 4).cutter(starts, torch.device("cpu"))
+    assert cutter.units == 5
+    cut = cutter.cut(np.array([3, 1]))
+    assert cut.targets.tolist() == cut.frames.tolist() == [t * 5 + n for t in range(6) for n in (3, 1)]
+    assert cut.environments.tolist() == [3, 1]
+    assert torch.equal(cut.plan.order, segment(starts[:, [3, 1]]).order)
+
+
+def test_the_state_of_a_first_checkpoint_is_understood():
+    """One array then: the fixes stood in the first units of one more layer."""
+    core = lstm(3, 5, displacement=True)
+    stored = np.random.default_rng(0).normal(size=(2, 3, 4, 5)).astype(np.float32)
+    state = core.restored(stored)
+    assert set(state) == set(core.initial_state(4))
+    np.testing.assert_array_equal(state["lstm"], stored[:, :2])
+    np.testing.assert_array_equal(state["fixes"], stored[0, 2, :, :3])
+    again = core.restored({name: value.numpy() for name, value in state.items()})
+    assert all(torch.equal(again[name], state[name]) for name in state)

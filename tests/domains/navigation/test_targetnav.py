@@ -1,7 +1,8 @@
 import numpy as np
 
-from prnav.domains.navigation.tasks import PointGoalConfig, TargetNavConfig, judge
-from prnav.domains.navigation.tasks.targetnav import reward, spheres, succeeded
+from prnav.domains.navigation import pointgoal, targetnav
+from prnav.domains.navigation.pointgoal import PointGoalConfig
+from prnav.domains.navigation.targetnav import TargetNavConfig, reward, spheres, succeeded
 
 NO_STOP = np.zeros(3, bool)
 
@@ -18,7 +19,7 @@ def test_the_circle_is_entered_at_exactly_its_radius():
 
 def test_finding_the_sphere_is_paid_on_top_of_the_step():
     before, after = np.array([1.0, 3.0, 3.0]), np.array([0.75, 2.75, 3.25])
-    verdict = judge(TargetNavConfig(), NO_STOP, before, after)
+    verdict = targetnav.judge(TargetNavConfig(), NO_STOP, before, after)
     np.testing.assert_array_equal(verdict.success, [True, False, False])
     np.testing.assert_array_equal(verdict.terminated, verdict.success)
     np.testing.assert_allclose(verdict.rewards, [0.25 - 0.003 + 2.5, 0.25 - 0.003, -0.25 - 0.003])
@@ -26,7 +27,9 @@ def test_finding_the_sphere_is_paid_on_top_of_the_step():
 
 
 def test_pointgoal_ends_by_stop_alone():
-    verdict = judge(PointGoalConfig(), np.array([True, True, False]), np.full(3, 0.1), np.array([0.1, 3.0, 0.1]))
+    verdict = pointgoal.judge(
+        PointGoalConfig(), np.array([True, True, False]), np.full(3, 0.1), np.array([0.1, 3.0, 0.1])
+    )
     np.testing.assert_array_equal(verdict.terminated, [True, True, False])
     np.testing.assert_array_equal(verdict.success, [True, False, False])
     np.testing.assert_allclose(verdict.rewards, [2.5, 0.0, -0.003])

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
-from prnav.domains.navigation.env import EnvConfig, load_source
+from prnav.domains.navigation.env import load_source
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 
 
 @pytest.fixture(scope="session")
 def config():
-    return EnvConfig(scenes="train", max_scenes=2, episodes_per_scene=60, rays_per_receptor=1)
+    return PointGoalEnvConfig(scenes="train", max_scenes=2, episodes_per_scene=60, rays_per_receptor=1)
 
 
 @pytest.fixture(scope="session")

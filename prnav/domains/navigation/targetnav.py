@@ -1,17 +1,21 @@
-"""TargetNav's rules as functions of arrays (paper, appendix "Target Navigation Setting").
+"""TargetNav: find a green sphere that hangs over the goal, without being told where it is.
 
-A green sphere hangs over the goal; the agent is not told where. There is no stop action: coming near ends the episode.
+The paper, appendix "Target Navigation Setting". There is no stop action: coming near ends the episode.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from prnav.domains.navigation.env.config import NavigationConfig
+from prnav.domains.navigation.env.single_env import NavigationEnv
+from prnav.domains.navigation.env.vector_env import NavigationVectorEnv
+from prnav.domains.navigation.rules import Bools, Floats, TaskKind, Verdict
+from prnav.domains.navigation.spec import NavigationTask
 
 
 @dataclass(frozen=True)
@@ -66,3 +70,38 @@ def spheres(goals: ArrayLike, config: TargetNavConfig) -> Floats:
     goals = np.asarray(goals, np.float64)
     radii = np.full((len(goals), 1), config.radius if config.visible else 0.0)
     return np.concatenate([goals + [0.0, config.height, 0.0], radii], axis=1)
+
+
+def judge(rules: TargetNavConfig, stopped: Bools, before: Floats, after: Floats) -> Verdict:
+    """Judge a step that began at geodesic distances ``before`` (N,) [m] and ended at ``after``; nobody can stop."""
+    success = succeeded(after, rules)
+    return Verdict(success, reward(success, before, after, rules), success)
+
+
+@dataclass(frozen=True)
+class TargetNavEnvConfig(NavigationConfig):
+    """Settings of a TargetNav environment. Its training homes are ten of the built-in ones, as the paper's are."""
+
+    kind: ClassVar[TaskKind] = TaskKind("targetnav", has_stop=False, shows_goal=False, judge=judge, spheres=spheres)
+    ten_homes: ClassVar[bool] = True
+    rules: TargetNavConfig = field(default_factory=TargetNavConfig)
+
+
+class TargetNavEnv(NavigationEnv):
+    """One TargetNav agent.
+
+    Actions are 0 forward 0.25 m, 1 left and 2 right by 30 degrees; there is no stop, and no goal among the
+    observations. An episode is terminated where the agent is within 0.8 m of the green sphere, and truncated after
+    1,500 steps.
+    """
+
+    config_type = TargetNavEnvConfig
+
+
+class TargetNavVectorEnv(NavigationVectorEnv):
+    """N TargetNav agents: ``gymnasium.make_vec("prnav/TargetNav-v0")``."""
+
+    config_type = TargetNavEnvConfig
+
+
+SPEC = NavigationTask(TargetNavEnvConfig, preset="quickstart-targetnav", score="success")

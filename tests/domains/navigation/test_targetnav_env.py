@@ -6,24 +6,22 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.domains.navigation.env import (
-    EnvConfig,
-    NavigationSlots,
-    PointGoalNavEnv,
+from prnav.domains.navigation.env import NavigationSlots, load_source
+from prnav.domains.navigation.pointgoal import PointGoalNavEnv
+from prnav.domains.navigation.targetnav import (
+    TargetNavConfig,
     TargetNavEnv,
+    TargetNavEnvConfig,
     TargetNavVectorEnv,
-    load_source,
 )
-from prnav.domains.navigation.tasks import TargetNavConfig
 from prnav.errors import ConfigError
-from prnav.scene import targetnav_scene_ids
-from prnav.sim import HOLD
-from prnav.sim.simulator import FORWARD, LEFT
+from prnav.scene import ten_training_homes
+from prnav.sim.simulator import LEFT
 
 
 @pytest.fixture(scope="module")
 def target(config):
-    return dataclasses.replace(config, targetnav=TargetNavConfig())
+    return TargetNavEnvConfig(scenes="train", max_scenes=2, episodes_per_scene=60, rays_per_receptor=1)
 
 
 def test_gymnasium_makes_both_and_finds_no_fault(target, source):
@@ -35,13 +33,13 @@ def test_gymnasium_makes_both_and_finds_no_fault(target, source):
         "prnav/TargetNav-v0", num_envs=3, vectorization_mode="vector_entry_point", config=target, source=source
     )
     assert envs.reset(seed=0)[0] in envs.observation_space
-    single = TargetNavEnv(source=source, scenes="val", rays_per_receptor=1, targetnav={"max_steps": 7})
-    assert single.config.targetnav == TargetNavConfig(max_steps=7)
-    assert TargetNavEnv(source=source, vision=False).config.targetnav == TargetNavConfig()
+    single = TargetNavEnv(source=source, scenes="val", rays_per_receptor=1, rules={"max_steps": 7})
+    assert single.config.rules == TargetNavConfig(max_steps=7)
+    assert TargetNavEnv(source=source, vision=False).config.rules == TargetNavConfig()
 
 
 def test_a_batch_equals_single_environments_step_for_step(target, source):
-    short = dataclasses.replace(target, targetnav=TargetNavConfig(max_steps=50))
+    short = dataclasses.replace(target, rules=TargetNavConfig(max_steps=50))
     batch = TargetNavVectorEnv(3, short, source)
     singles = [TargetNavEnv(short, source) for _ in range(3)]
     observations, _ = batch.reset(seed=10)
@@ -83,10 +81,9 @@ def test_the_oracle_finds_every_sphere_and_all_rewards_add_up(target, source):
     assert found.all()
 
 
-def test_only_the_sphere_differs_between_visible_and_invisible(target, source):
-    hidden = dataclasses.replace(target, targetnav=TargetNavConfig(visible=False))
-    plain = dataclasses.replace(target, targetnav=None)
-    there, gone, without = (NavigationSlots(source, 12, each) for each in (target, hidden, plain))
+def test_only_the_sphere_differs_between_visible_and_invisible(config, target, source):
+    hidden = dataclasses.replace(target, rules=TargetNavConfig(visible=False))
+    there, gone, without = (NavigationSlots(source, 12, each) for each in (target, hidden, config))
     for slots in (there, gone, without):
         slots.begin(np.arange(12), np.arange(12))
     green = np.zeros(12, bool)
@@ -98,9 +95,9 @@ def test_only_the_sphere_differs_between_visible_and_invisible(target, source):
         pure = np.all(seen["photoreceptors"] == np.float32([0.0, 1.0, 0.0]), axis=-1)
         assert not (pure & ~changed).any()
         green |= pure.any(axis=(1, 2))
-        actions = np.where(there.success, HOLD, np.maximum(there.expert_actions(), FORWARD))
+        acting, actions = ~there.success, there.expert_actions()
         for slots in (there, gone, without):
-            slots.advance(actions)
+            slots.advance(actions + there.first_action - slots.first_action, acting)
     assert green.sum() > 8
 
 
@@ -116,12 +113,12 @@ def test_actions_are_forward_left_right(target, source):
 
 
 def test_a_config_of_the_other_task_is_refused(config, target, source):
-    with pytest.raises(ConfigError, match="the environment is for targetnav and its config for pointgoal; set its"):
+    with pytest.raises(ConfigError, match="is for targetnav and its config for pointgoal; give a TargetNavEnvConfig"):
         TargetNavEnv(config, source)
-    with pytest.raises(ConfigError, match="the environment is for pointgoal and its config for targetnav; leave out"):
+    with pytest.raises(ConfigError, match="is for pointgoal and its config for targetnav; give a PointGoalEnvConfig"):
         PointGoalNavEnv(target, source)
 
 
 def test_training_is_in_the_ten_drawn_homes():
-    config = EnvConfig(max_scenes=2, episodes_per_scene=3, vision=False, targetnav=TargetNavConfig())
-    assert load_source(config).world.scene_ids == tuple(targetnav_scene_ids()[:2])
+    config = TargetNavEnvConfig(max_scenes=2, episodes_per_scene=3, vision=False)
+    assert load_source(config).world.scene_ids == tuple(ten_training_homes()[:2])

@@ -1,14 +1,20 @@
-"""PointGoalNav's rules as functions of arrays (paper, appendix "PointGoal Navigation Setting")."""
+"""PointGoalNav: go to a place that is told by distance and bearing, and stop there.
+
+The paper, appendix "PointGoal Navigation Setting".
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from prnav.domains.navigation.env.config import NavigationConfig
+from prnav.domains.navigation.env.single_env import NavigationEnv
+from prnav.domains.navigation.env.vector_env import NavigationVectorEnv
+from prnav.domains.navigation.rules import Bools, Floats, TaskKind, Verdict
+from prnav.domains.navigation.spec import NavigationTask
 
 
 @dataclass(frozen=True)
@@ -50,3 +56,36 @@ def reward(stopped: Bools, success: Bools, before: Floats, after: Floats, config
     """
     progress = np.where(stopped, 0.0, before - after)
     return np.where(stopped, config.success_reward * success, progress - config.slack)
+
+
+def judge(rules: PointGoalConfig, stopped: Bools, before: Floats, after: Floats) -> Verdict:
+    """Judge a step that began at geodesic distances ``before`` (N,) [m] and ended at ``after``."""
+    success = succeeded(stopped, after, rules)
+    return Verdict(success, reward(stopped, success, before, after, rules), stopped)
+
+
+@dataclass(frozen=True)
+class PointGoalEnvConfig(NavigationConfig):
+    """Settings of a PointGoalNav environment."""
+
+    kind: ClassVar[TaskKind] = TaskKind("pointgoal", has_stop=True, shows_goal=True, judge=judge)
+    rules: PointGoalConfig = field(default_factory=PointGoalConfig)
+
+
+class PointGoalNavEnv(NavigationEnv):
+    """One PointGoalNav agent.
+
+    Actions are 0 stop, 1 forward 0.25 m, 2 left and 3 right by 30 degrees. An episode is terminated by stop and
+    truncated after 500 steps.
+    """
+
+    config_type = PointGoalEnvConfig
+
+
+class PointGoalNavVectorEnv(NavigationVectorEnv):
+    """N PointGoalNav agents: ``gymnasium.make_vec("prnav/PointGoalNav-v0")``."""
+
+    config_type = PointGoalEnvConfig
+
+
+SPEC = NavigationTask(PointGoalEnvConfig, preset="quickstart")

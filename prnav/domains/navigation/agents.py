@@ -1,56 +1,23 @@
-"""Reference agents: what any trained one is measured against. All are functions of observations; none learns.
+"""Reference agents: what any trained one is measured against, numbering actions as the simulator does.
 
-The random, forward and goal-following agents are those of the Habitat paper (Savva et al. 2019, section 4.1): each
-stops when its GPS puts it within the success distance of the goal, so their scores measure moving, not stopping.
-The agents that feel their way (:mod:`prnav.domains.navigation.touch`) see nothing either.
+All are functions of observations; none learns. The random, forward and goal-following agents are those of the Habitat
+paper (Savva et al. 2019, section 4.1): each stops when its GPS puts it within the success distance of the goal, so
+their scores measure moving, not stopping. The agents that feel their way (:mod:`prnav.domains.navigation.touch`) see
+nothing either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.evaluate.sampling import uniforms
+from prnav.contracts import Agent, Turn
+from prnav.play import uniforms
 
 STOP, FORWARD, LEFT, RIGHT = 0, 1, 2, 3
-
-
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """What an agent is shown before each step; N slots, of which the active ones are in an episode."""
-
-    observations: Mapping[str, NDArray[Any]]
-    """Batched observations, each (N, ...); rows of idle slots mean nothing."""
-    starts: NDArray[np.bool_]
-    """True where the episode begins with this step: memory must be cleared, shape (N,)."""
-    active: NDArray[np.bool_]
-    """True where an answer is used, shape (N,)."""
-    keys: NDArray[np.uint64]
-    """Key of (seed, episode) for :func:`prnav.evaluate.sampling.uniforms`, shape (N,)."""
-    steps: NDArray[np.int64]
-    """Steps taken so far in the episode, shape (N,)."""
-
-
-class Agent(Protocol):
-    """Anything that answers a turn with one action per slot."""
-
-    @property
-    def name(self) -> str:
-        """The agent's name in records and tables."""
-        ...
-
-    @property
-    def actions(self) -> str:
-        """How actions are chosen: "greedy", "sampled", or "rule" for an agent that has no distribution."""
-        ...
-
-    def act(self, turn: Turn) -> NDArray[np.int64]:
-        """Actions (N,) as the simulator numbers them; those of idle slots are ignored."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -101,7 +68,7 @@ class ShortestPathAgent:
     """The oracle: follows the shortest path as well as turns of a fixed angle allow. Asks the environment itself."""
 
     expert: Callable[[], NDArray[np.int64]]
-    """Gives the oracle's action in every slot, shape (N,)."""
+    """Gives the oracle's action in every slot, as the simulator numbers them, shape (N,)."""
     name: str = "shortest-path"
     actions: str = "rule"
 
@@ -121,3 +88,26 @@ def towards_goal(turn: Turn, max_bearing: float) -> NDArray[np.int64]:
     """Forward where the goal lies within ``max_bearing`` [rad] of ahead, else a turn towards it, (N,)."""
     bearing = turn.observations["pointgoal"][:, 1]
     return np.where(np.abs(bearing) <= max_bearing, FORWARD, np.where(bearing > 0, LEFT, RIGHT))
+
+
+@dataclass(frozen=True)
+class InTaskNumbers:
+    """An agent whose actions are numbered as the simulator does, in a task that numbers them otherwise."""
+
+    agent: Agent
+    first_action: int
+    """The simulator's number of the task's action 0."""
+
+    @property
+    def name(self) -> str:
+        """The agent's name."""
+        return self.agent.name
+
+    @property
+    def actions(self) -> str:
+        """How it chooses."""
+        return self.agent.actions
+
+    def act(self, turn: Turn) -> NDArray[np.int64]:
+        """Actions (N,); one that the task lacks becomes its first."""
+        return np.maximum(self.agent.act(turn) - self.first_action, 0)

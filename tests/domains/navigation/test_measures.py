@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from prnav.domains.navigation.tasks import PointGoalConfig, path_efficiency, soft_spl, spl
-from prnav.domains.navigation.tasks.pointgoal import reward, succeeded
+from prnav.domains.navigation.measures import path_efficiency, soft_spl, spl
+from prnav.domains.navigation.pointgoal import PointGoalConfig, reward, succeeded
 
 LENGTH = st.floats(0.0, 100.0)
 
