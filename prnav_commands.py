@@ -6,67 +6,67 @@ commands themselves are in :mod:`prnav.cli`.
 
 from __future__ import annotations
 
+import _signal as signal  # built in: the module around it takes some milliseconds, in which Ctrl-C is a traceback
 import os
-import signal
 import sys
-from types import FrameType
-from typing import NoReturn
 
 
-def _interrupted(number: int, frame: FrameType | None) -> NoReturn:
+def _interrupted(number: int, frame: object) -> None:
     """Nothing is begun yet that would have to be ended: say so and go."""
     os.write(2, f"{os.path.basename(sys.argv[0])}: interrupted\n".encode())
     os._exit(130)
 
 
-def _run(name: str) -> NoReturn:
-    # a shell that starts a command in the background has it ignore Ctrl-C: that stays
-    listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if listening:
-        signal.signal(signal.SIGINT, _interrupted)
+# a shell that starts a command in the background has it ignore Ctrl-C: that stays
+LISTENING = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+if LISTENING:
+    signal.signal(signal.SIGINT, _interrupted)
+
+
+def _run(name: str) -> None:
     import importlib
 
     main = importlib.import_module(f"prnav.cli.{name}").main
-    if listening:
+    if LISTENING:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.exit(main())
 
 
-def prnav() -> NoReturn:
+def prnav() -> None:
     """``prnav``."""
     _run("prnav")
 
 
-def train() -> NoReturn:
+def train() -> None:
     """``prnav-train``."""
     _run("train")
 
 
-def evaluate() -> NoReturn:
+def evaluate() -> None:
     """``prnav-eval``."""
     _run("eval")
 
 
-def episodes() -> NoReturn:
+def episodes() -> None:
     """``prnav-episodes``."""
     _run("episodes")
 
 
-def scenes() -> NoReturn:
+def scenes() -> None:
     """``prnav-scenes``."""
     _run("scenes")
 
 
-def design() -> NoReturn:
+def design() -> None:
     """``prnav-design``."""
     _run("design")
 
 
-def bench() -> NoReturn:
+def bench() -> None:
     """``prnav-bench``."""
     _run("bench")
 
 
-def report() -> NoReturn:
+def report() -> None:
     """``prnav-report``."""
     _run("report")

@@ -58,6 +58,10 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*arguments, **options)
         self.add_argument(DEBUG, action="store_true", help="show where an error comes from")
 
+    def print_help(self, file: Any = None) -> None:
+        """Print help; where that cannot be, :func:`command` says so."""
+        (file or sys.stdout).write(self.format_help())
+
     def error(self, message: str) -> NoReturn:
         """Say what is wrong, and exit with status 2."""
         self.exit(2, f"{one_line(f'{self.prog}: error: {message}')} (see {self.prog} --help)\n")
