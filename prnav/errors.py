@@ -35,6 +35,10 @@ class DesignError(PrnavError):
     """A sensor design is not finite, out of range, or has the wrong number of sensors."""
 
 
+class EnvError(PrnavError, ValueError):
+    """An environment is asked for what it cannot do: an action that is none, an episode that is not there."""
+
+
 class CheckpointError(PrnavError):
     """A checkpoint is missing, broken, or belongs to another configuration."""
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import has_fractions, whole
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries, windows
 from prnav.navmesh.navmesh_set import NavMeshSet
@@ -65,8 +66,9 @@ class GoalFields:
     """
 
     def __init__(self, navmesh_set: NavMeshSet, slots: int):
-        if slots < 1:
+        if isinstance(slots, int) and slots < 1:
             raise NavMeshError(f"GoalFields with {slots} slots hold nothing; valid: 1 or more")
+        slots = whole(slots, "slots", 1, 100_000_000, NavMeshError)
         self.navmesh_set = navmesh_set
         self.slots = slots
         self._lock = threading.Lock()
@@ -85,6 +87,9 @@ class GoalFields:
             NavMeshError: shapes that do not fit, or a slot or scene out of range.
         """
         goals = queries.as_points(goals, "goals")
+        if not np.isfinite(goals).all():
+            row = int(np.flatnonzero(~np.isfinite(goals).all(axis=1))[0])
+            raise NavMeshError(f"goals[{row}] is {goals[row].tolist()}; goals must be finite")
         slots = self._slots(slot_ids, len(goals))
         scenes = queries.as_scenes(scene_ids, len(goals), len(self.navmesh_set))
         surface = self.navmesh_set.surface
@@ -167,7 +172,12 @@ class GoalFields:
         self.__dict__.update(state, _lock=threading.Lock())
 
     def _slots(self, slot_ids: ArrayLike, count: int) -> NDArray[np.int64]:
-        slots = np.ascontiguousarray(slot_ids, dtype=np.int64).reshape(-1)
+        slots = np.asarray(slot_ids)
+        if has_fractions(slots):
+            raise NavMeshError(
+                f"slots are {slots.dtype} with fractions; valid: whole numbers from 0 to {self.slots - 1}"
+            )
+        slots = np.ascontiguousarray(slots, dtype=np.int64).reshape(-1)
         if len(slots) != count:
             raise NavMeshError(f"{len(slots)} slots for {count} points; there must be one per row")
         if len(slots) and (slots.min() < 0 or slots.max() >= self.slots):
