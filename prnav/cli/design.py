@@ -17,6 +17,7 @@ from rich.table import Table
 from prnav.cli._common import Parser, Screen, command, natural, pixels, whole_number, workers
 from prnav.errors import ConfigError, DesignError
 from prnav.files import write_text
+from prnav.processes import deaf_children
 
 if TYPE_CHECKING:
     from prnav.design.config import OptimizeConfig
@@ -350,18 +351,20 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:
     """The other workers of this machine: this command again, told to take part."""
-    words = [sys.executable, "-m", "prnav.cli.design", name]
+    begin = "from prnav.processes import become_worker; become_worker(); from prnav.cli.design import main; main()"
+    words = [sys.executable, "-c", begin, name]
     if name == "optimize":
         words += ["--config", str(folder / "config.toml")]
         words += ["--storage", options.storage] if options.storage else []
     else:
         words.append(options.kind if options.kind != "designs" else "spread")
-    return [
-        subprocess.Popen(
-            [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        for i in range(1, options.workers)
-    ]
+    with deaf_children():
+        return [
+            subprocess.Popen(
+                [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+            for i in range(1, options.workers)
+        ]
 
 
 def _end(helpers: list[subprocess.Popen[bytes]]) -> None:

@@ -29,6 +29,7 @@ from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
+from prnav.train.memory import check_memory
 from prnav.train.rollout import Rollout
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
@@ -79,6 +80,8 @@ class Trainer:
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
         specs = groups[0].observation_specs
+        if self.device.type == "cpu":
+            check_memory(config, specs, sum(one.num_envs for one in groups))
         self.policy = build_policy(config.policy, specs, groups[0].action_spec, config.seed).to(self.device)
         set_precision(self.policy, config)
         self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
