@@ -78,14 +78,9 @@ class Place:
             "eval": ("eval", [*self.eval_words("--agent", "random"), "--episodes", "2", "--out", out]),
             "eval json": (
                 "eval",
-                [*self.eval_words("--agent", "random"), "--episodes", "2", "--out", f"{self.folder}/e", "--json", out],
+                [
                     *self.eval_words("--agent", "random"),
-                    "--episodes",
-                    "2",
-                    "--out",
-                    str(self.folder / "e"),
-                    "--json",
-                    out,
+                    *("--episodes", "2", "--out", str(self.folder / "e"), "--json", out),
                 ],
             ),
             "generate": ("episodes", ["generate", "--scene", scene, "--split", "s", "--per-scene", "4", "--out", out]),
