@@ -67,6 +67,9 @@ LIMITS: dict[str, tuple[int, str]] = {
 LARGEST = 10**15
 """Largest whole number of any key that :data:`LIMITS` does not name."""
 
+MAX_TEXT = 4096
+"""Most characters of a text: no path is longer."""
+
 MAX_TOML = 1 << 20
 """Most bytes of a TOML file that is read."""
 
@@ -186,6 +189,8 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
         if abs(value) > most:
             told = str(value) if abs(value) < 10**30 else f"{str(value)[:12]}... ({len(str(value))} digits)"
             raise ConfigError(f"config {source}: {key!r} is {told}; at most {most} ({reason})")
+    if isinstance(value, str) and len(value) > MAX_TEXT:
+        raise ConfigError(f"config {source}: {key!r} is a text of {len(value)} characters; at most {MAX_TEXT}")
     if isinstance(value, str) and not value.isprintable():
         raise ConfigError(f"config {source}: {key!r} is {value!r}; valid: text without control characters")
     return value

@@ -161,6 +161,8 @@ def _run(main: Main, argv: Sequence[str], from_shell: bool, debug: bool) -> int:
     try:
         if from_shell:
             _print_anything()
+        if any("\0" in word for word in argv):
+            raise ConfigError("an argument holds a zero byte; no name and no path has one")
         try:
             status = main(argv) or 0
         except SystemExit as ended:  # the parser's

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from prnav.cli._common import Parser, Screen, command, natural, pixels, whole_number, workers
 from prnav.errors import ConfigError, DesignError
-from prnav.files import write_text
+from prnav.files import check_writable, write_text
 from prnav.processes import deaf_children
 
 if TYPE_CHECKING:
@@ -175,6 +175,7 @@ def _show(options: argparse.Namespace) -> None:
     from prnav.style import save_png
 
     design = load_design(options.design)
+    check_writable(options.out)
     sight, place = None, ""
     if not options.body_only:
         from prnav.navmesh import load_navmesh

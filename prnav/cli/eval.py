@@ -27,7 +27,7 @@ from prnav.cli._common import (
     workers,
 )
 from prnav.errors import ConfigError
-from prnav.files import write_text
+from prnav.files import check_writable, write_text
 
 if TYPE_CHECKING:
     from prnav.contracts import EpisodeRequest, Evaluation, TaskConfig, TaskSpec
@@ -133,6 +133,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _verify(options)
     if not options.run and not options.agent:
         raise ConfigError("nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)")
+    if options.json:
+        check_writable(options.json)
     screen = Screen(stderr=True)
     entries = _entries(options, screen)
     evaluations = []

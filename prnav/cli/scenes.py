@@ -137,9 +137,11 @@ def _check(arguments: argparse.Namespace) -> int:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from prnav.episodes.check_files import CheckLimits, check_tasks, find_tasks
-    from prnav.files import write_text
+    from prnav.files import check_writable, write_text
     from prnav.version import __version__
 
+    if arguments.json is not None:
+        check_writable(arguments.json)
     limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers)
     tasks = find_tasks(arguments.folder, arguments.data)
     console = Screen(stderr=True)
@@ -276,12 +278,13 @@ def _export(arguments: argparse.Namespace) -> None:
 def _preview(arguments: argparse.Namespace) -> None:
     from PIL import Image
 
-    from prnav.files import atomic_path
+    from prnav.files import atomic_path, check_writable
 
     if arguments.views < 1 or arguments.size < 16:
         raise SceneError(f"--views {arguments.views} --size {arguments.size}: at least 1 view of 16 pixels")
     if arguments.out.suffix.lower() != ".png":
         raise SceneError(f"{arguments.out}: the name must end in .png")
+    check_writable(arguments.out)
     if arguments.navmesh:
         _preview_navmesh(arguments)
         return

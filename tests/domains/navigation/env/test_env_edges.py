@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
-from prnav.domains.navigation.env import PointGoalNavEnv, PointGoalNavVectorEnv
+from prnav.domains.navigation.pointgoal import PointGoalNavEnv, PointGoalNavVectorEnv
 from prnav.errors import ConfigError, DesignError, EnvError
 
 

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from prnav.domains.navigation.env import PointGoalNavEnv, PointGoalNavVectorEnv
+from prnav.domains.navigation.pointgoal import PointGoalNavEnv, PointGoalNavVectorEnv
 
 THREADS = 4
 
