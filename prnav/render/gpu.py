@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -71,6 +72,7 @@ class WarpEngine:
         self._sphere_color = self._wp.vec3(*(options.sphere_color * 255.0))
         self._rays: dict[Sampling, Any] = {}
         self._staging: dict[int, _Staging] = {}
+        self._lock = threading.RLock()  #: over what requests share: the staging buffers and the table of scenes
         self.residents: Residents[_DeviceScene] = Residents(scenes, self._prepare, options.memory, self._forget)
         self._scene_count = len(scenes)
         self._tabled: dict[int, _DeviceScene] = {}  #: scenes as the table on the device has them
@@ -98,7 +100,9 @@ class WarpEngine:
     ) -> Any:
         """The same as a Warp array on the device, which may still be at work on it."""
         readings = self._wp.empty((len(views), grid, grid, 3), dtype=self._wp.float32, device=self.device)
-        if len(views):
+        if not len(views):
+            return readings
+        with self._lock:
             inputs = self._inputs(scene_of_view, views, spheres)
             colours = [self._rays_of(sampling), grid, sampling.side, self._background, self._sphere_color]
             self._launch(self._kernels.read_patches, len(views) * grid * grid, [*inputs, *colours, readings.flatten()])
@@ -121,10 +125,11 @@ class WarpEngine:
         depths = self._wp.empty(shape, dtype=self._wp.float32, device=self.device)
         triangles = self._wp.empty(shape, dtype=self._wp.int32, device=self.device)
         if len(views):
-            inputs = self._inputs(scene_of_view, views, spheres)
-            self._launch(
-                self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
-            )
+            with self._lock:
+                inputs = self._inputs(scene_of_view, views, spheres)
+                self._launch(
+                    self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
+                )
         return triangles.numpy(), depths.numpy()
 
     def _launch(self, kernel: Any, threads: int, inputs: list[Any]) -> None:

@@ -6,14 +6,17 @@ from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
+from prnav.arguments import indices, whole
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
 from prnav.domains.navigation.env.slots import NavigationSlots
 from prnav.domains.navigation.env.spaces import observation_space
-from prnav.domains.navigation.env.vector_env import configure
+from prnav.domains.navigation.env.vector_env import MAX_SEED, configure, option_of
+from prnav.errors import EnvError
 
 Observation = dict[str, NDArray[np.float32]]
 
@@ -36,23 +39,46 @@ class NavigationEnv(gymnasium.Env):
         self.observation_space = observation_space(self.config, self.slots.num_sensors)
         self.action_space = gymnasium.spaces.Discrete(self.slots.action_spec.n)
         self._order: EpisodeOrder | None = None
+        self._playing = self._closed = False
+
+    def close(self) -> None:
+        """Play no more; there is nothing else to let go of."""
+        self._closed = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
         """Begin the next episode; a seed starts the order of episodes anew."""
+        if self._closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
+        if seed is not None:
+            seed = whole(seed, "seed", 0, MAX_SEED, EnvError)
         super().reset(seed=seed)
         if seed is not None or self._order is None:
             first = int(self.np_random.integers(1 << 31)) if seed is None else seed
             self._order = EpisodeOrder(len(self.slots.source), np.array([first]))
-        chosen = (options or {}).get("episode")
-        episode = self._order.draw(np.array([0])) if chosen is None else np.array([chosen])
+        chosen = option_of(options, "episode")
+        if chosen is not None:
+            chosen = indices(chosen, 'options["episode"]', len(self.slots.source), EnvError, 1)
+        episode = self._order.draw(np.array([0])) if chosen is None else chosen
         self.slots.begin([0], episode)
+        self._playing = True
         return self._observation(), self._facts()
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Take one action: observation, reward, terminated, truncated, info."""
+        """Take one action: observation, reward, terminated, truncated, info.
+
+        Raises:
+            EnvError: the action is not a whole number of this task.
+            ResetNeeded: no episode has begun, or it has ended.
+            ClosedEnvironmentError: the environment is closed.
+        """
+        if self._closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
+        if not self._playing:
+            raise ResetNeeded("no episode is being played; call reset() before step()")
         if not self.action_space.contains(action):
-            raise ValueError(f"action is {action!r}; it must be an integer from 0 to {self.slots.action_spec.n - 1}")
+            raise EnvError(f"action is {action!r}; it must be an integer from 0 to {self.slots.action_spec.n - 1}")
         ended = self.slots.advance([int(action)])[0]
+        self._playing = not ended
         info = self._facts()
         if ended:
             info.update(self.slots.outcome(0))

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import floats, indices
 from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource
 from prnav.domains.navigation.env.spaces import action_spec, observation_specs
 from prnav.domains.navigation.measures import soft_spl, spl
 from prnav.domains.navigation.oracle import shortest_path_actions
-from prnav.errors import DesignError, EpisodeError
+from prnav.errors import DesignError, EnvError, EpisodeError
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
 from prnav.sensors import compass, gps, load_design, pointgoal, theta_to_pose
@@ -39,6 +40,10 @@ _STATE = (
     "theta",
 )
 """Arrays that, with the simulator's, say everything about the slots."""
+
+
+MAX_THETA = 1e6
+"""Largest entry of a normalised design; what is beyond is no design but a fault."""
 
 
 class NavigationSlots:
@@ -114,8 +119,10 @@ class NavigationSlots:
         Raises:
             EpisodeError: a goal cannot be reached from its start on this navmesh.
             DesignError: a design has the wrong shape or is not finite.
+            EnvError: there is no such slot or episode.
         """
-        slots, episodes = np.asarray(slots, np.int64), np.asarray(episodes, np.int64)
+        slots = indices(slots, "slots", self.num_slots, EnvError)
+        episodes = indices(episodes, "episodes", len(self.source), EnvError, len(slots))
         if not len(slots):
             return
         if theta is not None:
@@ -273,7 +280,7 @@ class NavigationSlots:
         Raises:
             DesignError: the shape is wrong, or a number is not finite.
         """
-        self._set_theta(np.asarray(slots, np.int64), theta)
+        self._set_theta(indices(slots, "slots", self.num_slots, DesignError), theta)
 
     def _set_theta(self, slots: NDArray[np.int64], theta: ArrayLike) -> None:
         values = self.checked_theta(len(slots), theta)
@@ -284,14 +291,19 @@ class NavigationSlots:
         """``count`` normalised designs (count, K, 7).
 
         Raises:
-            DesignError: the shape is wrong, or a number is not finite.
+            DesignError: the shape is wrong, or a number is not finite or beyond :data:`MAX_THETA`.
         """
-        values = np.asarray(theta, np.float64)
+        values = floats(theta, "designs", DesignError)
         want = (count, self.num_sensors, 7)
         if values.shape != want:
             raise DesignError(f"designs have shape {values.shape}; for this environment it must be {want}")
         if not np.isfinite(values).all():
             raise DesignError("a design holds numbers that are not finite; all 7 entries of each sensor must be finite")
+        if values.size and np.abs(values).max() > MAX_THETA:
+            raise DesignError(
+                f"a design holds {values.flat[np.abs(values).argmax()]:g}; normalised designs are about -1 to 1, and "
+                f"at most {MAX_THETA:g} from 0"
+            )
         return values
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
@@ -300,7 +312,16 @@ class NavigationSlots:
         return {**state, **{f"sim_{name}": value for name, value in self.simulator.snapshot().items()}}
 
     def restore(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`snapshot` was called; the source must be the same."""
+        """Go on where :meth:`snapshot` was called; the source must be the same.
+
+        Raises:
+            EnvError: an episode or a scene is not there, or a pose is not finite.
+        """
+        indices(np.asarray(state["episode"]) + 1, "episodes of the state (plus 1)", len(self.source) + 1, EnvError)
+        indices(state["sim_scene_index"], "scenes of the state", len(self.source.world.scene_ids), EnvError)
+        for name in ("sim_positions", "sim_yaws", "sim_start_yaws", "theta"):
+            if not np.isfinite(state[name]).all():
+                raise EnvError(f"{name} of the state are not finite")
         for name in _STATE:
             setattr(self, name, np.array(state[name], dtype=getattr(self, name).dtype))
         self.simulator.restore({name[4:]: value for name, value in state.items() if name.startswith("sim_")})

@@ -7,21 +7,27 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import indices, whole
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
 from prnav.domains.navigation.env.slots import NavigationSlots, Observations
 from prnav.domains.navigation.env.spaces import observation_space
-from prnav.errors import ConfigError
+from prnav.errors import ConfigError, DesignError, EnvError
 from prnav.sim.world import Progress
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.single_env import NavigationEnv
+
+
+MAX_SEED = 2**62
+"""Largest seed of an environment; those of its agents are counted up from it."""
 
 
 class NavigationVectorEnv(VectorEnv):
@@ -61,8 +67,7 @@ class NavigationVectorEnv(VectorEnv):
             PrnavError: a setting, a scene or an episode is wrong.
         """
         self.config = configure(config, settings, type(self))
-        if num_envs < 1:
-            raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
+        num_envs = whole(num_envs, "num_envs", 1, 65_536, ConfigError, "each is an agent with its own state")
         source = load_source(self.config, progress) if source is None else source
         self.slots = NavigationSlots(source, num_envs, self.config)
         self.num_envs = num_envs
@@ -84,12 +89,16 @@ class NavigationVectorEnv(VectorEnv):
         Without a seed the order of episodes goes on; the first reset without one draws seeds at random.
         ``options={"episodes": indices}`` begins these rows of the source instead.
         """
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
         seeds = self._seeds(seed)
         if seeds is not None:
             self.order = EpisodeOrder(len(self.slots.source), seeds)
         everyone = np.arange(self.num_envs)
-        chosen = (options or {}).get("episodes")
-        episodes = self.order.draw(everyone) if chosen is None else np.asarray(chosen, np.int64)
+        chosen = option_of(options, "episodes")
+        if chosen is not None:
+            chosen = indices(chosen, 'options["episodes"]', len(self.slots.source), EnvError, self.num_envs)
+        episodes = self.order.draw(everyone) if chosen is None else chosen
         self._begin(everyone, episodes)
         self._observations = self.slots.observe()
         return self._copy(), self._facts()
@@ -97,11 +106,18 @@ class NavigationVectorEnv(VectorEnv):
     def step(
         self, actions: ArrayLike
     ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info."""
-        actions = np.asarray(actions, np.int64)
-        count = self.slots.action_spec.n
-        if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= count).any():
-            raise ValueError(f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {count - 1}")
+        """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info.
+
+        Raises:
+            EnvError: the actions are not whole numbers of this task, one per agent.
+            ResetNeeded: nothing has begun.
+            ClosedEnvironmentError: the environment is closed.
+        """
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
+        if not self._observations:
+            raise ResetNeeded("the environment has not begun; call reset() before step()")
+        actions = indices(actions, "actions", self.slots.action_spec.n, EnvError, self.num_envs)
         ended = self.slots.advance(actions)
         rewards, terminated, truncated = (
             self.slots.rewards.copy(),
@@ -129,9 +145,9 @@ class NavigationVectorEnv(VectorEnv):
         """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
 
         Raises:
-            DesignError: the shape is wrong, or a number is not finite.
+            DesignError: there is no such agent, the shape is wrong, or a number is not finite or beyond reason.
         """
-        agents = np.asarray(agents, np.int64)
+        agents = indices(agents, "agents", self.num_envs, DesignError)
         values = self.slots.checked_theta(len(agents), theta)
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
@@ -172,11 +188,11 @@ class NavigationVectorEnv(VectorEnv):
             if self.order.drawn.any():
                 return None
             seed = int(np.random.SeedSequence().generate_state(1)[0])
-        if isinstance(seed, int | np.integer):
-            return int(seed) + np.arange(self.num_envs)
-        if len(seed) != self.num_envs or any(value is None for value in seed):
-            raise ValueError(f"seed is {seed!r}; it must be one integer, or {self.num_envs} of them")
-        return np.array(seed, np.int64)
+        if isinstance(seed, int | np.integer | float | str):
+            return whole(seed, "seed", 0, MAX_SEED, EnvError) + np.arange(self.num_envs)
+        if len(seed) != self.num_envs:
+            raise EnvError(f"seed holds {len(seed)} numbers; it must be one whole number, or {self.num_envs} of them")
+        return np.array([whole(value, "seed", 0, MAX_SEED, EnvError) for value in seed], np.int64)
 
     def _copy(self) -> Observations:
         return {name: value.copy() for name, value in self._observations.items()}
@@ -213,6 +229,18 @@ class NavigationVectorEnv(VectorEnv):
             texts[over] = values
             final[name], final[f"_{name}"] = texts, ended
         return final
+
+
+def option_of(options: dict[str, Any] | None, name: str) -> Any:
+    """The only option that a reset knows, None where it is not given.
+
+    Raises:
+        EnvError: there are others.
+    """
+    others = sorted(set(options or {}) - {name})
+    if others:
+        raise EnvError(f"reset knows no option {others[0]!r}; valid: {name!r}")
+    return (options or {}).get(name)
 
 
 def configure(
