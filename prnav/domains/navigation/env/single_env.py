@@ -33,7 +33,7 @@ class NavigationEnv(gymnasium.Env):
         """
         self.config = configure(config, settings, type(self))
         self.slots = NavigationSlots(load_source(self.config) if source is None else source, 1, self.config)
-        self.observation_space = observation_space(self.config, self.slots.num_sensors)
+        self.observation_space = observation_space(self.slots.sensors)
         self.action_space = gymnasium.spaces.Discrete(self.slots.action_spec.n)
         self._order: EpisodeOrder | None = None
 

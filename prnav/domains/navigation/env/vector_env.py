@@ -68,7 +68,7 @@ class NavigationVectorEnv(VectorEnv):
         self.num_envs = num_envs
         self.render_mode = None
         self.observation_specs, self.action_spec = self.slots.observation_specs, self.slots.action_spec
-        self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
+        self.single_observation_space = observation_space(self.slots.sensors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.single_action_space = gymnasium.spaces.Discrete(self.slots.action_spec.n)
         self.action_space = batch_space(self.single_action_space, num_envs)
