@@ -34,7 +34,7 @@ def test_readings_are_those_of_the_readout(faulty, source):
         each.begin(np.arange(3), [7, 0, 4])
         each.advance([1, 2, 1])
     keys = np.array([episode_key(3, *source.id(episode)) for episode in (7, 0, 4)], np.uint64)
-    expected = read_out(ideal.observe()["photoreceptors"], FAULTY, keys, np.ones(3))
+    expected = read_out(ideal.observe()["photoreceptors"], FAULTY, keys, np.ones(3, np.int64))
     np.testing.assert_array_equal(slots.observe()["photoreceptors"], expected)
 
 
