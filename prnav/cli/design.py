@@ -34,6 +34,7 @@ def parser() -> argparse.ArgumentParser:
         description="Sensor designs: the library, pictures of them, and searches for better ones.",
         epilog="Searches and sweeps are interrupted by Ctrl-C and go on when the same command is given again.",
     )
+    p.set_defaults(settings=None)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     listing = commands.add_parser("list", help="the designs that travel with the package")
     listing.set_defaults(run=_list)
@@ -105,9 +106,9 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     words = list(sys.argv[1:] if argv is None else argv)
     settings = [word for word in words if "=" in word and not word.startswith("-")]
     options = parser().parse_args([word for word in words if word not in settings])
-    if settings and not hasattr(options, "settings"):
+    if settings and options.settings is None:
         raise ConfigError(f"{settings[0]!r}: prnav-design {options.command} has no settings to change")
-    if hasattr(options, "settings"):
+    if options.settings is not None:
         options.settings = settings
     return options
 
@@ -154,13 +155,14 @@ def _list(options: argparse.Namespace) -> None:
 
 
 def _show(options: argparse.Namespace) -> None:
-    from prnav.report.designs import draw_design, see, telling_pose
+    from prnav.report.designs import draw_design
     from prnav.sensors import load_design
     from prnav.style import save_png
 
     design = load_design(options.design)
     sight, place = None, ""
     if not options.body_only:
+        from prnav.domains.navigation.pictures.design_sight import see, telling_pose
         from prnav.navmesh import load_navmesh
         from prnav.render import Renderer
         from prnav.scene import load_scene

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from prnav import catalog
+from prnav.checks import require_at_least
 from prnav.config import TYPE_OF, load_config
 from prnav.design.joint import JointConfig
 from prnav.design.search import SearchConfig
@@ -78,12 +79,8 @@ class OptimizeConfig:
     def __post_init__(self) -> None:
         if self.proxy is None and self.train.spec.probe is not None:
             object.__setattr__(self, "proxy", self.train.spec.probe.config_type())
-        for name in ("sensors", "grid", "starts", "judge_seeds"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("budget", "seed", "judge_steps"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 1, "sensors", "grid", "starts", "judge_seeds")
+        require_at_least(self, 0, "budget", "seed", "judge_steps")
 
     @property
     def trials(self) -> int:

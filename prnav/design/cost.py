@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.checks import require_at_least
 from prnav.sensors import Design
 
 
@@ -26,9 +27,7 @@ class CostConfig:
     """Per metre of cable: the shortest tree that joins the sensors, straight lines."""
 
     def __post_init__(self) -> None:
-        for name in ("sensor", "unused_fov_deg", "fov", "power", "distance"):
-            if getattr(self, name) < 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 0, "sensor", "unused_fov_deg", "fov", "power", "distance")
 
     @property
     def free(self) -> bool:

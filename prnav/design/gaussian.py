@@ -14,6 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.checks import require_positive
+
 Float64 = NDArray[np.float64]
 
 _BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8
@@ -43,9 +45,7 @@ class DesignPolicyConfig:
     (its distance) expects. Both leave the gradient's mean alone; the second has less noise."""
 
     def __post_init__(self) -> None:
-        for name in ("std", "std_min", "std_max", "learning_rate", "std_learning_rate", "clip"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be positive")
+        require_positive(self, "std", "std_min", "std_max", "learning_rate", "std_learning_rate", "clip")
         if not self.std_min <= self.std <= self.std_max:
             raise ValueError(
                 f"std is {self.std}; it must lie within std_min ({self.std_min}) and std_max ({self.std_max})"

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from prnav.checks import require_at_least
 from prnav.config import config_hash, to_mapping
 from prnav.design.cost import CostConfig
 from prnav.design.designed_envs import DesignableEnvs, DesignedVectorEnv
@@ -46,15 +47,13 @@ class JointConfig:
     cost: CostConfig = field(default_factory=CostConfig)
 
     def __post_init__(self) -> None:
-        for name in ("frozen_rollouts", "control_rollouts"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 0, "frozen_rollouts", "control_rollouts")
         if self.design_rollouts < 1:
             raise ValueError(f"design_rollouts is {self.design_rollouts}; it must be at least 1")
 
 
 @dataclass(frozen=True)
-class Turn:
+class UpdateTurn:
     """What one collection is for."""
 
     control: bool
@@ -63,17 +62,17 @@ class Turn:
     """Whether its episodes are kept for the design policy, and whether this learns when it ends."""
 
 
-def turn(config: JointConfig, rollout: int) -> Turn:
+def turn(config: JointConfig, rollout: int) -> UpdateTurn:
     """What the collection with this number (from 0) is for."""
     since = rollout - config.frozen_rollouts
     if since < 0:
-        return Turn(True, "")
+        return UpdateTurn(True, "")
     if config.schedule == "together":
-        return Turn(True, "update" if since % config.design_rollouts == config.design_rollouts - 1 else "collect")
+        return UpdateTurn(True, "update" if since % config.design_rollouts == config.design_rollouts - 1 else "collect")
     place = since % (config.control_rollouts + config.design_rollouts) - config.control_rollouts
     if place < 0:
-        return Turn(True, "")
-    return Turn(False, "update" if place == config.design_rollouts - 1 else "collect")
+        return UpdateTurn(True, "")
+    return UpdateTurn(False, "update" if place == config.design_rollouts - 1 else "collect")
 
 
 class JointTrainer(Trainer):

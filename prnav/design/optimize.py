@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from prnav.config import config_hash, load_config, to_toml
 from prnav.contracts import Progress, StateProbe
 from prnav.design import search as searching
-from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.cost import design_cost
 from prnav.design.designed_envs import DesignableEnvs
@@ -26,6 +25,7 @@ from prnav.design.joint import JointTrainer
 from prnav.design.specialist import Judge, mean_of, row_of, specialist_config
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.locks import held
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose, with_free_values
 from prnav.train import RunFolder
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from prnav.checks import require_at_least
 from prnav.contracts import MEASURES, Progress, TaskConfig, World
 from prnav.design.judging import Measures, play_design
 from prnav.files import write_text
@@ -37,9 +38,7 @@ class SpecialistConfig:
     """Of weights, actions and episode order."""
 
     def __post_init__(self) -> None:
-        for name in ("steps", "episodes", "num_envs"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, "steps", "episodes", "num_envs")
 
 
 class Judge:

@@ -14,12 +14,12 @@ from typing import Any
 
 from prnav.config import load_config, to_toml
 from prnav.contracts import Progress
-from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.specialist import Judge, row_of
 from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.locks import held
 from prnav.sensors import load_design, save_design
 
 PLAN, RESULTS = "plan.json", "results.jsonl"

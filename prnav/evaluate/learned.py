@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from prnav.catalog import task_spec
 from prnav.config import config_hash
 from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.errors import CheckpointError
+from prnav.evaluate.run_facts import read_facts
 from prnav.policy import Policy, build_policy
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
@@ -56,7 +56,8 @@ def load_run(directory: str | Path, warn: Callable[[str], None]) -> TrainedRun:
         raise CheckpointError(f"run {directory}: there is no such folder; give one that prnav-train made (--run DIR)")
     folder = RunFolder(path)
     config = folder.load_config()
-    told = _facts(folder.facts_path)
+    told = read_facts(path, CheckpointError)
+    told = {**told, **told.get("data", {})}
     made_for = told.get("benchmark")
     current = task_spec(config.task).evaluation.current_benchmark(made_for) if isinstance(made_for, str) else made_for
     if made_for != current:
@@ -84,14 +85,3 @@ def recipe(config: TrainConfig) -> str:
     plain = TrainConfig()
     same = {name: getattr(plain, name) for name in ("name", "seed", "device", "threads", "checkpoint_steps", "window")}
     return config_hash(dataclasses.replace(config, keep_checkpoints=plain.keep_checkpoints, **same))
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    """The run's ``run.json``; a run without one says nothing."""
-    if not path.exists():
-        return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"{path}: cannot be read ({error}); restore it or delete it") from error
-    return {**facts, **facts.get("data", {})} if isinstance(facts, dict) else {}

@@ -8,7 +8,6 @@ runs, finished episodes are appended to ``records.jsonl`` in blocks, each after 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import math
 import os
@@ -26,6 +25,7 @@ from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Header, Played, Trace
 from prnav.errors import ConfigError, RecordError
 from prnav.files import atomic_path, write_text
+from prnav.locks import FolderLock
 
 EVALUATION, RECORDS, TRAJECTORIES, PARTIAL = (
     "evaluation.json",
@@ -60,18 +60,13 @@ class RecordWriter:
         self.directory = Path(directory)
         self._header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
         self.directory.mkdir(parents=True, exist_ok=True)
-        self._lock = open(self.directory / ".lock", "a")  # noqa: SIM115 (closed in __exit__)
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self._lock.close()
-            raise RecordError(
-                f"{self.directory}: another evaluation writes here; wait for it or choose another --out"
-            ) from error
+        self._lock = FolderLock(self.directory)
+        if not self._lock.acquire():
+            raise RecordError(f"{self.directory}: another evaluation writes here; wait for it or choose another --out")
         try:
             self.rows: dict[EpisodeId, dict[str, Any]] = {} if restart else self._recover()
         except RecordError:
-            self._lock.close()
+            self._lock.release()
             raise
         if not self.rows:
             self._clear()
@@ -87,7 +82,7 @@ class RecordWriter:
         try:
             self._flush()
         finally:
-            self._lock.close()
+            self._lock.release()
 
     def add(self, played: Played) -> None:
         """Keep an episode; it is safe on disk once its block is full or old enough."""

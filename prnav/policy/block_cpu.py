@@ -56,7 +56,7 @@ def _unfolded(d_weight: Tensor, d_bias: Tensor, weight: Tensor, gain: Tensor, sh
     )
 
 
-class Memory:
+class BlockMemory:
     """One piece of memory that matrices are cut from; used again once the last reference to it is gone.
 
     Fresh memory costs a page fault for every 4 KiB, which were a tenth of the time. The large pieces that wait are at
@@ -110,9 +110,9 @@ class Block(torch.autograd.Function):
         source = tokens.reshape(rows, width)
         result = torch.empty_like(source)
         kept = rows if keep else most
-        memory = Memory([(kept, size) for size in (width, width, 3 * width, width, hidden)] + [(2, kept)])
+        memory = BlockMemory([(kept, size) for size in (width, width, 3 * width, width, hidden)] + [(2, kept)])
         first, second, qkv, attended, inner, scales = memory.matrices
-        passing = Memory([(most, hidden)])
+        passing = BlockMemory([(most, hidden)])
         (active,) = passing.matrices
         w_qkv, b_qkv = folded(w_qkv, b_qkv, gain, shift)
         w_in, b_in = folded(w_in, b_in, gain_2, shift_2)
@@ -153,7 +153,7 @@ class Block(torch.autograd.Function):
         most, hidden = chunks[0][1], len(w_in)
         grad = outer.reshape(batch * count, width)
         result = torch.empty_like(grad)
-        passing = Memory([(most, size) for size in (hidden, hidden, width, 3 * width)])
+        passing = BlockMemory([(most, size) for size in (hidden, hidden, width, 3 * width)])
         active, d_inner, d_rows, d_qkv = passing.matrices
         d_w_qkv, d_w_out, d_w_in, d_w_mlp = (torch.zeros_like(w) for w in (w_qkv, w_out, w_in, w_mlp))
         sizes = [len(w) for w in (w_qkv, w_out, w_in, w_mlp)]

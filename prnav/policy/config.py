@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from prnav.checks import require_at_least
+
 ENCODERS: Mapping[str, str] = {
     "transformer": "prnav.policy.encoders:TransformerEncoder",
     "compact": "prnav.policy.encoders:CompactEncoder",
@@ -63,12 +65,8 @@ class PolicyConfig:
     def __post_init__(self) -> None:
         if self.encoder not in ENCODERS:
             raise ValueError(f"encoder is {self.encoder!r}; valid: {', '.join(ENCODERS)}")
-        for name in ("width", "transformer_layers", "transformer_heads", "feedforward", "position_width"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("lstm_hidden", "lstm_layers", "frames"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, "width", "transformer_layers", "transformer_heads", "feedforward", "position_width")
+        require_at_least(self, 1, "lstm_hidden", "lstm_layers", "frames")
         if self.displacement and self.memory != "lstm":
             raise ValueError(f"displacement is an input of the LSTM, and memory is {self.memory!r}; leave it out")
         if self.head_hidden < 0:

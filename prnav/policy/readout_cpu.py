@@ -107,7 +107,7 @@ def _backward(
                 result[d] = scale * (result[d] - total - row[d] * along)
 
 
-class Readout(torch.autograd.Function):
+class TokenReadout(torch.autograd.Function):
     """(tokens, w_query (D, D), b_query, w_key (H, E, D)) -> means of the normalised tokens, and the first tokens."""
 
     @staticmethod
@@ -167,6 +167,6 @@ def attended_readout(
     of_query, of_key, of_value = taken_in.view(3, width, width).unbind(0)
     to_query, _, to_value = offset.view(3, width).unbind(0)
     split = (heads, width // heads, width)
-    means, first = Readout.apply(tokens, of_query, to_query, of_key.view(split))
+    means, first = TokenReadout.apply(tokens, of_query, to_query, of_key.view(split))
     attended = torch.bmm(means.transpose(0, 1), of_value.view(split).transpose(1, 2)).transpose(0, 1)
     return attended.reshape(batch, width) + to_value, first

@@ -27,7 +27,7 @@ _SPHERE = wp.constant(-2)
 
 
 @wp.struct
-class Surface:
+class WarpSurface:
     """A triangle's record, field by field that of :data:`prnav.render.surface_record.SURFACE`."""
 
     u: wp.float32
@@ -53,7 +53,7 @@ class Scene:
     """What rays and shading need of a scene."""
 
     mesh: wp.uint64
-    surfaces: wp.array(dtype=Surface)
+    surfaces: wp.array(dtype=WarpSurface)
     texels: wp.array(dtype=wp.uint32)
 
 
@@ -224,7 +224,7 @@ def trace_pixels(
 
 
 def surface_array(records: np.ndarray[Any, Any], device: Any) -> Any:
-    """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`Surface` on a device."""
-    dtype = np.dtype(Surface.numpy_dtype())
+    """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`WarpSurface` on a device."""
+    dtype = np.dtype(WarpSurface.numpy_dtype())
     assert dtype.itemsize == SURFACE.itemsize == 64  # the same bytes
-    return wp.array(np.asarray(records).view(dtype), dtype=Surface, device=device)
+    return wp.array(np.asarray(records).view(dtype), dtype=WarpSurface, device=device)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,18 +16,13 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from prnav import style
-from prnav.render import Renderer
-from prnav.render.rays import sensor_views
+from prnav import frames, style
 from prnav.sensors import Body, Design
-
-if TYPE_CHECKING:
-    from prnav.navmesh import NavMesh
 
 REACH = 0.45
 """Length of a drawn frustum's edges [m]."""
 
-_BODY, _EYE_HEIGHT = "#c9ced6", 1.25
+_BODY = "#c9ced6"
 _LIGHT = np.array([0.5, 0.6, 0.62])
 _CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
@@ -40,36 +35,6 @@ class Sight:
     """(K, S, S, 3), 0 to 1."""
     readings: NDArray[np.float32]
     """(K, B, B, 3), 0 to 1."""
-
-
-def see(renderer: Renderer, design: Design, position: NDArray[np.float64], yaw: float, size: int = 256) -> Sight:
-    """Pictures of about ``size`` pixels and readings of a design on a body at ``position`` (3,) [m]."""
-    size = max(1, round(size / design.grid)) * design.grid  # whole pixels to a patch
-    scene, places, headings, sensors = np.array([0]), position[None], np.array([yaw]), design.sensors[None]
-    pictures = renderer.image(scene, places, headings, sensors, size)
-    readings = renderer.read(scene, places, headings, sensors, design.grid)
-    return Sight(np.clip(pictures[0], 0.0, 1.0), np.clip(readings[0], 0.0, 1.0))  # rounding may pass 1 by a bit
-
-
-def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int = 96) -> tuple[NDArray[Any], float]:
-    """A position (3,) [m] and yaw with much to see and room around: the best of ``tries`` drawn from a seed.
-
-    The best has the most varied picture of a wide camera at eye height, among poses at least 0.4 m from any wall.
-    """
-    points = navmesh.random_points(tries, seed)
-    yaws = np.random.Generator(np.random.PCG64(seed)).uniform(-math.pi, math.pi, tries)
-    roomy = navmesh.clearance(points) >= 0.4
-    if roomy.any():
-        points, yaws = points[roomy], yaws[roomy]
-    camera = np.zeros((len(points), 1, 7))
-    camera[:, 0] = [0.0, _EYE_HEIGHT, -0.1, 0.0, 0.0, 0.0, math.radians(90.0)]
-    scenes = np.zeros(len(points), np.int64)
-    pictures = renderer.image(scenes, points, yaws, camera, size=24)[:, 0]
-    depths = renderer.depth(scenes, points, yaws, camera, size=24)[:, 0].reshape(len(points), -1)
-    spread = pictures.reshape(len(points), -1, 3).std(axis=1).mean(axis=1)
-    far = np.median(np.minimum(depths, 6.0), axis=1)
-    best = int(np.argmax(spread * np.clip(far / 3.0, 0.2, 1.0)))
-    return points[best], float(yaws[best])
 
 
 def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> Figure:
@@ -179,12 +144,14 @@ def draw_plan(axes: Axes, design: Design) -> None:
 
 def frusta(design: Design) -> list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
     """Apex (3,), corners (4, 3) and optical axis (3,) of each sensor as drawn: x right, y ahead, z up."""
-    views = sensor_views(np.zeros((1, 3)), np.zeros(1), design.sensors[None])
+    sensors = np.ascontiguousarray(design.sensors.T)
+    scale = np.tan(0.5 * sensors[6])[:, None]
+    right, up, forward = frames.sensor_axes(*sensors[3:6])
     result = []
-    for origin, right, up, forward in zip(views.origin, views.right, views.up, views.forward, strict=True):
-        rays = forward + _CORNERS[:, :1] * right + _CORNERS[:, 1:] * up
-        corners = origin + REACH * rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        result.append((_drawn(origin), _drawn(corners), _drawn(forward)))
+    for apex, across, along, ahead in zip(sensors[:3].T, scale * right, scale * up, forward, strict=True):
+        rays = ahead + _CORNERS[:, :1] * across + _CORNERS[:, 1:] * along
+        corners = apex + REACH * rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        result.append((_drawn(apex), _drawn(corners), _drawn(ahead)))
     return result
 
 

@@ -18,6 +18,7 @@ from prnav.contracts import Evaluation, Pictures
 from prnav.errors import RecordError
 from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups, shared_name
 from prnav.evaluate.records import find_evaluations, is_finished, load_evaluation, load_traces
+from prnav.evaluate.run_facts import read_facts
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
 from prnav.report.tables import comparison_html, differences_html, seeds_html
@@ -88,7 +89,7 @@ def read_run(directory: str | Path) -> RunRecords:
     metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
     if not evaluations and not metrics:
         raise RecordError(f"{path}: holds no finished evaluation and no {METRICS}; use prnav-eval --run {path}")
-    return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"), unfinished)
+    return RunRecords(path.resolve().name, evaluations, metrics, read_facts(path, RecordError), unfinished)
 
 
 def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
@@ -227,13 +228,3 @@ def _trained(run: RunRecords) -> str:
     steps = int(run.metrics[-1].get("step", 0))
     warm = run.facts.get("warm_start", "none")
     return f"{run.name}: {steps:,} environment steps; warm start: {warm}."
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    if not path.exists():
-        return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); restore it or delete it") from error
-    return facts if isinstance(facts, dict) else {}

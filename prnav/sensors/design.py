@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import DesignError
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 
 Float64 = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ class Design:
     """Poses in the body's frame, shape (K, 7); see :data:`AXES`."""
     grid: int = 4
     """Receptors per row of each sensor."""
-    body: Surface = field(default_factory=Body)
+    body: BodySurface = field(default_factory=Body)
     space: DesignSpace = field(default_factory=DesignSpace)
     description: str = ""
     """The idea behind the design."""
@@ -182,7 +182,7 @@ class Design:
         return self
 
 
-def check_poses(poses: ArrayLike, body: Surface, where: str = "design", space: DesignSpace | None = None) -> None:
+def check_poses(poses: ArrayLike, body: BodySurface, where: str = "design", space: DesignSpace | None = None) -> None:
     """Pass if every pose (..., 7) is a sensor on the body and within the limits of its space.
 
     Raises:

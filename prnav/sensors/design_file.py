@@ -13,7 +13,7 @@ from prnav.config import load_config
 from prnav.errors import ConfigError, DesignError
 from prnav.files import resolve_inside, write_text
 from prnav.resources import resource
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link
 from prnav.sensors.mesh_body import load_mesh_body
 
@@ -140,7 +140,7 @@ def _design(table: _DesignTable, path: Path) -> Design:
     )
 
 
-def _body(table: _BodyTable, path: Path) -> Surface:
+def _body(table: _BodyTable, path: Path) -> BodySurface:
     if table.mesh is None:
         return Body(table.radius, table.height)
     return load_mesh_body(resolve_inside(path.parent, table.mesh, DesignError), table.mesh)
@@ -149,8 +149,7 @@ def _body(table: _BodyTable, path: Path) -> Surface:
 def _space(table: _SpaceTable) -> DesignSpace:
     values = {}
     for axis in (*AXES, "fov_min", "fov_max"):
-        key = f"{axis}_deg"
-        values[axis] = math.radians(getattr(table, key)) if hasattr(table, key) else getattr(table, axis)
+        values[axis] = getattr(table, axis) if axis in AXES[:3] else math.radians(getattr(table, f"{axis}_deg"))
     limits = []
     for axis in AXES[:6]:
         given = getattr(table.limits, axis if axis in AXES[:3] else f"{axis}_deg")

@@ -18,7 +18,7 @@ from torch import Tensor
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
-from prnav.train.progress import Progress
+from prnav.train.progress import RolloutProgress
 from prnav.train.rollout import Collector, Rollout
 
 
@@ -61,7 +61,7 @@ class Crew:
             The steps that were filled, and the measures of each episode that ended, group by group.
         """
         noise = self._noise(rollout)
-        progress = Progress(rollout.steps, len(self.collectors), waited_for)
+        progress = RolloutProgress(rollout.steps, len(self.collectors), waited_for)
 
         def work(member: int) -> list[dict[str, float]]:
             columns = slice(self.bounds[member], self.bounds[member + 1])

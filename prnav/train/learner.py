@@ -29,8 +29,8 @@ Loss = Callable[[ActionDistribution, Tensor, Mapping[str, Tensor]], Losses]
 
 
 @dataclass(frozen=True)
-class Part:
-    """Part of a rollout, ready for the policy: M targets, U frames that are encoded for them."""
+class BatchPart:
+    """BatchPart of a rollout, ready for the policy: M targets, U frames that are encoded for them."""
 
     observations: dict[str, Tensor]
     """Of the frames, name -> (U, ...)."""
@@ -82,7 +82,7 @@ class Learner:
             group["lr"] = learning_rate
         history: list[dict[str, Tensor]] = []
         cutter = self.policy.cutter(rollout["starts"])
-        parts: list[Part] = []
+        parts: list[BatchPart] = []
         for _ in range(epochs):
             for units in self._split(cutter.units, mini_batches):
                 if mini_batches > 1 or not parts:
@@ -97,13 +97,13 @@ class Learner:
             numbers = self.generator.permutation(numbers)
         return np.array_split(numbers, min(mini_batches, units))
 
-    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[Part]:
+    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[BatchPart]:
         """A mini-batch, one part for each thread."""
         shares = [share for share in np.array_split(units, self.threads) if len(share)]
         return [_part(rollout, cutter, self.policy, share, len(share) / len(units)) for share in shares]
 
-    def _step(self, parts: list[Part], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
-        def gradients(part: Part) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
+    def _step(self, parts: list[BatchPart], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
+        def gradients(part: BatchPart) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
             distribution, values = self.policy.evaluate(
                 part.observations, part.previous_actions, part.starts, part.state, part.plan
             )
@@ -138,12 +138,12 @@ class Learner:
         self.generator.bit_generator.state = state["generator"]
 
 
-def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> Part:
+def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> BatchPart:
     cut = cutter.cut(units)
     frames, targets, environments = (
         torch.from_numpy(rows).to(rollout.device) for rows in (cut.frames, cut.targets, cut.environments)
     )
-    return Part(
+    return BatchPart(
         observations={name: _rows(value, frames) for name, value in rollout.observations.items()},
         previous_actions=_rows(rollout["previous_actions"], frames),
         starts=_rows(rollout["starts"], frames),

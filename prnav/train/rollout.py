@@ -17,7 +17,7 @@ from torch import Tensor
 from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
 from prnav.policy import Policy
-from prnav.train.progress import Progress
+from prnav.train.progress import RolloutProgress
 
 
 class Rollout:
@@ -95,7 +95,7 @@ class Collector:
         self,
         rollout: Rollout,
         noise: Tensor,
-        progress: Progress,
+        progress: RolloutProgress,
         member: int = 0,
         expert_share: float | None = None,
     ) -> list[dict[str, float]]:

@@ -7,14 +7,14 @@ its checkpoint are dropped, so that the file reads as if the run had never stopp
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from prnav.config import load_config, to_mapping, to_toml
 from prnav.errors import CheckpointError, ConfigError
 from prnav.files import write_text
+from prnav.locks import FolderLock
 from prnav.train.config import FREE_ON_RESUME, TrainConfig
 
 
@@ -28,7 +28,7 @@ class RunFolder:
         self.metrics_path = path / "metrics.jsonl"
         self.tensorboard = path / "tb"
         self.checkpoints = path / "checkpoints"
-        self._lock: IO[str] | None = None
+        self._lock = FolderLock(path)
 
     def exists(self) -> bool:
         """Whether a run was started here."""
@@ -79,25 +79,14 @@ class RunFolder:
         Raises:
             ConfigError: another process trains here.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
-        self._lock = open(self.path / ".lock", "w")
-        if sys.platform == "win32":
-            return
-        import fcntl
-
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self.release()
+        if not self._lock.acquire():
             raise ConfigError(
                 f"run {self.path} is being trained by another process; wait for it, or choose another --run DIR"
-            ) from error
+            )
 
     def release(self) -> None:
         """Let other processes have the folder."""
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
+        self._lock.release()
 
     def append_metrics(self, row: Mapping[str, Any]) -> None:
         """Add one line of metrics."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from prnav.checks import require_at_least
 from prnav.domains.navigation.rules import Rules, TaskKind
 from prnav.navmesh import NavMeshSettings
 from prnav.scene import DATA_SETS
@@ -72,9 +73,9 @@ class NavigationConfig:
     navmesh: NavMeshSettings = field(default_factory=NavMeshSettings)
 
     def __post_init__(self) -> None:
-        for name in ("episodes_per_scene", "grid", "rays_per_receptor", "max_texture_size", "texture_budget"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(
+            self, 1, "episodes_per_scene", "grid", "rays_per_receptor", "max_texture_size", "texture_budget"
+        )
         if self.camera_size < 0:
             raise ValueError(f"camera_size is {self.camera_size}; it must be 0 (photoreceptors) or more")
         if self.max_scenes is not None and self.max_scenes < 1:
