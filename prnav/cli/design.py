@@ -16,6 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from prnav.cli._common import command, positive
+from prnav.contracts.measures import BY_KEY
 from prnav.errors import ConfigError, DesignError
 from prnav.files import write_text
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from prnav.sensors import Design
 
 SWEEPS = ("spread", "gain", "axes", "interpolation", "dropout", "transfer", "cameras")
-MEASURES = ("spl", "soft_spl", "soft_spl_closest", "success", "reward")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -85,7 +85,7 @@ def parser() -> argparse.ArgumentParser:
     compare.add_argument(
         "--kind", choices=("designs", *SWEEPS, "proxy", "methods"), help="the figure (default: the folder's own)"
     )
-    compare.add_argument("--measure", choices=MEASURES, default="spl", help="what is compared (default: spl)")
+    compare.add_argument("--measure", choices=tuple(BY_KEY), default="spl", help="what is compared (default: spl)")
     compare.add_argument("--scores", metavar="FILE", help="what evaluate --proxy --json wrote, for --kind proxy")
     compare.add_argument("--out", metavar="PNG", help="figure to write (default: KIND.png in the first folder)")
     compare.add_argument("--json", metavar="FILE", help="also write means and intervals as JSON")

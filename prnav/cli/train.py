@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -20,12 +20,12 @@ from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
     from prnav.contracts import BatchEnv, World
-    from prnav.train import RunFolder, TrainConfig
+    from prnav.train import MetricsRow, RunFolder, TrainConfig
 
 LINE_SECONDS = 15.0
 """How often a line is printed where there is no terminal to redraw."""
 
-Show = Callable[[dict[str, Any]], None]
+Show = Callable[["MetricsRow"], None]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -229,7 +229,7 @@ def reporter(config: TrainConfig, console: Console, bar: Progress) -> Show:
     task: TaskID = bar.add_task("starting", total=config.total_steps)
     last: tuple[float, str] = (float("-inf"), "")
 
-    def show(row: dict[str, Any]) -> None:
+    def show(row: MetricsRow) -> None:
         nonlocal last
         text = summary(row)
         bar.update(task, description=text, completed=min(row["step"], config.total_steps))
@@ -241,7 +241,7 @@ def reporter(config: TrainConfig, console: Console, bar: Progress) -> Show:
     return show
 
 
-def summary(row: dict[str, Any]) -> str:
+def summary(row: MetricsRow) -> str:
     """One line of metrics."""
     measures, losses = row["measures"], row["losses"]
     parts = [f"{row['phase']:9}", f"{row['times']['steps_per_second']:6,.0f} steps/s"]

@@ -22,7 +22,7 @@ from prnav.design.gaussian import DesignPolicy, DesignPolicyConfig
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.sensors import Design, moved_design, with_free_values
-from prnav.train import RunFolder, TrainConfig, Trainer
+from prnav.train import MetricsRow, RunFolder, TrainConfig, Trainer
 
 HISTORY = "designs.json"
 """File of a run that holds the mean of the design policy after each update."""
@@ -41,8 +41,9 @@ class JointConfig:
     schedule: Literal["alternate", "together"] = "alternate"
     """"alternate": the paper's, the control policy is frozen during ``design_rollouts``; "together": it goes on
     learning from them, no collection is spent on the design alone and ``control_rollouts`` has no effect."""
-    score: Literal["soft_spl", "soft_spl_closest", "spl", "success", "reward"] = "soft_spl_closest"
-    """Measure of an episode that the design learns from. The paper takes SoftSPL by "the minimum distance achieved"."""
+    score: str = "soft_spl_closest"
+    """Measure of an episode that the design learns from, one of the task's. The paper takes SoftSPL by "the minimum
+    distance achieved"."""
     policy: DesignPolicyConfig = field(default_factory=DesignPolicyConfig)
     cost: CostConfig = field(default_factory=CostConfig)
 
@@ -85,7 +86,7 @@ class JointTrainer(Trainer):
         envs: DesignableEnvs,
         design: Design,
         folder: RunFolder,
-        report: Callable[[dict[str, Any]], None] = lambda row: None,
+        report: Callable[[MetricsRow], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
         data: Mapping[str, Any] | None = None,
     ) -> None:

@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,8 +154,37 @@ def specialist_config(
     )
 
 
-def row_of(design: Design, measures: Measures, **facts: Any) -> dict[str, Any]:
+class ResultRow(TypedDict):
     """One line of results: who, what it cost, and each episode's measures."""
+
+    design: str
+    """Name of the design."""
+    sensors: int
+    grid: int
+    group: str
+    """What the design stands for in a figure, such as "initial 0"."""
+    seed: int
+    steps: int
+    """Of training."""
+    task: NotRequired[str]
+    kind: NotRequired[str]
+    """The analysis that asked for it."""
+    measures: dict[str, list[float]]
+    """One value for each episode."""
+
+
+class RowFacts(TypedDict):
+    """What a row says beside design and measures."""
+
+    group: str
+    seed: int
+    steps: int
+    task: NotRequired[str]
+    kind: NotRequired[str]
+
+
+def row_of(design: Design, measures: Measures, **facts: Unpack[RowFacts]) -> ResultRow:
+    """One line of results."""
     kept = tuple(measure.key for measure in MEASURES)
     return {
         "design": design.name,
@@ -171,4 +200,4 @@ def mean_of(measures: Measures, name: str) -> float:
     return float(np.mean(measures[name]))
 
 
-__all__ = ["Judge", "SpecialistConfig", "mean_of", "row_of", "specialist_config"]
+__all__ = ["Judge", "ResultRow", "SpecialistConfig", "mean_of", "row_of", "specialist_config"]

@@ -10,12 +10,11 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from prnav.config import load_config, to_toml
 from prnav.contracts import Progress
 from prnav.design.config import OptimizeConfig
-from prnav.design.specialist import Judge, row_of
+from prnav.design.specialist import Judge, ResultRow, row_of
 from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
@@ -109,14 +108,22 @@ def work(
     return len(_done(folder, jobs))
 
 
-def collect(folder: Path) -> list[dict[str, Any]]:
+def collect(folder: Path) -> list[ResultRow]:
     """Results of the jobs that are done, one row each, also left in ``results.jsonl``."""
     kind, jobs = read_plan(folder)
-    rows = []
+    rows: list[ResultRow] = []
     for job in _done(folder, jobs):
         told = json.loads((folder / "jobs" / job.name / "judged.json").read_text(encoding="utf-8"))
-        facts = {"group": job.group, "task": job.task, "seed": job.seed, "steps": told["asked"]["steps"], "kind": kind}
-        rows.append(row_of(load_design(folder / job.design), told["measures"], **facts))
+        row = row_of(
+            load_design(folder / job.design),
+            told["measures"],
+            group=job.group,
+            task=job.task,
+            seed=job.seed,
+            steps=told["asked"]["steps"],
+            kind=kind,
+        )
+        rows.append(row)
     write_text(folder / RESULTS, "".join(json.dumps(row) + "\n" for row in rows))
     return rows
 

@@ -7,7 +7,6 @@ states go in and come out, and the caller brings the random numbers.
 
 from __future__ import annotations
 
-import importlib
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +16,10 @@ from torch import Tensor, nn
 from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.policy.actions import ActionDistribution, action_head
 from prnav.policy.actions.head import small_network
-from prnav.policy.config import ENCODERS, PolicyConfig
-from prnav.policy.memory import MEMORIES, Cutter, Inputs, Memory, State
+from prnav.policy.config import ENCODERS, MEMORIES, PolicyConfig
+from prnav.policy.memory import Cutter, Inputs, Memory, State
 from prnav.policy.observed import Observations
+from prnav.registry import resolve
 
 FIXES = ("gps", "compass")
 """Observations that tell how far an agent has moved."""
@@ -44,13 +44,13 @@ class Policy(nn.Module):
         self.config = config
         self.observation_specs = dict(observation_specs)
         self.head = action_head(action_spec)
-        self.encoder = _encoder(config, observation_specs)
+        self.encoder: nn.Module = resolve(ENCODERS, config.encoder)(config, observation_specs)
         self.encoder_type: torch.dtype | None = None
         """Type of the encoder's products, such as bfloat16; None is that of its weights."""
         self.action_embedding = self.head.previous() if config.previous_action else None
         self.has_fixes = set(FIXES) <= set(observation_specs)
         features = config.width + (self.head.previous_width if config.previous_action else 0)
-        self.core: Memory = MEMORIES[config.memory](features, config, self.has_fixes)
+        self.core: Memory = resolve(MEMORIES, config.memory)(features, config, self.has_fixes)
         self.actor = self.head.actor(self.core.outputs, config.head_hidden)
         self.critic = small_network(self.core.outputs, config.head_hidden, 1, gain=1.0)
 
@@ -143,12 +143,6 @@ class Policy(nn.Module):
         with torch.autocast(self.device.type, dtype=self.encoder_type):
             encoding = self.encoder(observations)
             return encoding.float()
-
-
-def _encoder(config: PolicyConfig, specs: ObservationSpecs) -> nn.Module:
-    module, _, name = ENCODERS[config.encoder].partition(":")
-    encoder: nn.Module = getattr(importlib.import_module(module), name)(config, specs)
-    return encoder
 
 
 def build_policy(

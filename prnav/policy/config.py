@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from prnav.checks import require_at_least
+from prnav.registry import require_known
 
-ENCODERS: Mapping[str, str] = {
+ENCODERS: dict[str, str] = {
     "transformer": "prnav.policy.encoders:TransformerEncoder",
     "compact": "prnav.policy.encoders:CompactEncoder",
     "blind": "prnav.policy.encoders:BlindEncoder",
@@ -18,6 +17,14 @@ ENCODERS: Mapping[str, str] = {
 }
 """Module and class of each encoder, by the name that a config gives it: a subclass of ``torch.nn.Module`` that is made
 from (config, observation specs) and maps observations (B, ...) by name to encodings (B, width)."""
+
+MEMORIES: dict[str, str] = {
+    "lstm": "prnav.policy.memory.lstm:LSTMMemory",
+    "stack": "prnav.policy.memory.stack:StackMemory",
+    "none": "prnav.policy.memory.none:NoMemory",
+}
+"""Module and class of each memory, by the name that a config gives it: a :class:`prnav.policy.memory.Memory` that is
+made from (number of features, config, whether GPS and compass are given to it)."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +50,7 @@ class PolicyConfig:
     """Hidden units of the MLP in each transformer layer."""
     position_width: int = 16
     """Width of the learned embedding of a photoreceptor's place in its grid."""
-    memory: Literal["lstm", "stack", "none"] = "lstm"
+    memory: str = "lstm"
     """"lstm": the paper's in navigation; "stack": the encodings of the last ``frames`` steps side by side, the paper's
     in the DeepMind Control Suite; "none": the encoding of the step alone."""
     frames: int = 3
@@ -63,8 +70,8 @@ class PolicyConfig:
     learn this difference, but not soon: with it, an agent of few steps notices that it is stuck."""
 
     def __post_init__(self) -> None:
-        if self.encoder not in ENCODERS:
-            raise ValueError(f"encoder is {self.encoder!r}; valid: {', '.join(ENCODERS)}")
+        require_known(self.encoder, ENCODERS, "encoder")
+        require_known(self.memory, MEMORIES, "memory")
         require_at_least(self, 1, "width", "transformer_layers", "transformer_heads", "feedforward", "position_width")
         require_at_least(self, 1, "lstm_hidden", "lstm_layers", "frames")
         if self.displacement and self.memory != "lstm":

@@ -8,16 +8,16 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Protocol, TypedDict
 
 import numpy as np
 import torch
 
 from prnav.config import config_hash
-from prnav.contracts import BatchEnv, ObservationSpecs
+from prnav.contracts import JSON, Array, BatchEnv, JSONObject, ObservationSpecs, State
 from prnav.errors import CheckpointError, PrnavError
 from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
@@ -29,6 +29,7 @@ from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
 from prnav.train.rollout import Rollout
+from prnav.train.rows import Counters, MetricsRow
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
@@ -36,7 +37,35 @@ from prnav.train.stored_specs import specs_of, stored_specs
 from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
 
-Row = dict[str, Any]
+
+class Board(Protocol):
+    """What TensorBoard's writer is used for."""
+
+    def add_scalar(self, tag: str, value: float, step: int) -> None:
+        """A number of a step."""
+        ...
+
+    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
+        """A picture of a step."""
+        ...
+
+
+class _NoBoard:
+    """Stands for the writer where another worker writes."""
+
+    def add_scalar(self, tag: str, value: float, step: int) -> None:
+        """Nothing."""
+
+    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
+        """Nothing."""
+
+
+class _Share(TypedDict):
+    """What one worker tells the others of an update."""
+
+    steps: int
+    ended: list[dict[str, float]]
+    losses: dict[str, float]
 
 
 class Trainer:
@@ -51,9 +80,9 @@ class Trainer:
         config: TrainConfig,
         envs: BatchEnv | Sequence[BatchEnv],
         folder: RunFolder,
-        report: Callable[[Row], None] = lambda row: None,
+        report: Callable[[MetricsRow], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
-        data: Mapping[str, Any] | None = None,
+        data: Mapping[str, JSON] | None = None,
         workers: Workers | None = None,
         validation: Callable[[], Validation] | None = None,
     ) -> None:
@@ -202,10 +231,10 @@ class Trainer:
 
     def count(
         self, ended: list[dict[str, float]], phase: str, losses: Mapping[str, float], collecting: float, learning: float
-    ) -> Row:
+    ) -> MetricsRow:
         """Book a finished update of all workers; its row of metrics."""
         steps = self.rollout.steps * self.rollout.environments
-        share: Row = {"steps": steps, "ended": ended, "losses": dict(losses)}
+        share: _Share = {"steps": steps, "ended": ended, "losses": dict(losses)}
         shares = self.workers.gather(share)
         taken = sum(share["steps"] for share in shares)
         episodes = [episode for share in shares for episode in share["ended"]]
@@ -230,19 +259,20 @@ class Trainer:
             },
         }
 
-    def log(self, row: Row, board: Any) -> None:
+    def log(self, row: MetricsRow, board: Board) -> None:
         """Write and report one row of metrics."""
         if not self.workers.first:
             return
         self.folder.append_metrics(row)
-        for group in ("measures", "losses", "times", "validation"):
-            for name, value in row.get(group, {}).items():
+        groups = {"measures": row["measures"], "losses": row["losses"], "times": row["times"]}
+        for group, values in {**groups, "validation": row.get("validation", {})}.items():
+            for name, value in values.items():
                 board.add_scalar(f"{group}/{name}", value, self.step)
         for text in self.sanity.check(row):
             self.warn(text)
         self.report(row)
 
-    def validate(self, row: Row, board: Any) -> None:
+    def validate(self, row: MetricsRow, board: Board) -> None:
         """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
         every = self.config.validate_steps
         if not every or self._load_validation is None or self.step - self.validated_step < every:
@@ -295,7 +325,7 @@ class Trainer:
             checkpoint.prune_checkpoints(folder, self.config.keep_checkpoints)
         self.saved_step = self.step
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> State:
         """All that the rest of the run depends on; of the environments those of this worker."""
         return {
             **self._policy_state(),
@@ -308,7 +338,7 @@ class Trainer:
             "best": self.best,
         }
 
-    def _policy_state(self) -> dict[str, Any]:
+    def _policy_state(self) -> State:
         """What :func:`load_policy` needs."""
         return {
             "version": __version__,
@@ -338,7 +368,7 @@ class Trainer:
         self.load_state_dict(state, str(path))
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
-    def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
         """Go on from :meth:`state_dict`."""
         checkpoint.load_policy_weights(self.policy, state["policy"], source)
         self.learner.load_state_dict(state["learner"])
@@ -357,15 +387,16 @@ class Trainer:
         """The signal that any worker was sent, or None."""
         return next((name for name in self.workers.gather(stop) if name), None)
 
-    def _board(self) -> Any:
+    def _board(self) -> AbstractContextManager[Board]:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
-            return nullcontext()
+            return nullcontext(_NoBoard())
         from torch.utils.tensorboard import SummaryWriter
 
-        return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
+        writer: AbstractContextManager[Board] = SummaryWriter(self.folder.tensorboard, purge_step=self.step)
+        return writer
 
-    def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
+    def _describe(self, specs: ObservationSpecs, data: Mapping[str, JSON]) -> JSONObject:
         imitation = self.config.imitation
         return {
             "prnav": __version__,
@@ -391,7 +422,7 @@ class Trainer:
 
 def load_policy(
     folder: RunFolder, warn: Callable[[str], None] = lambda text: None, best: bool = False
-) -> tuple[Policy, Row]:
+) -> tuple[Policy, Counters]:
     """The policy of a run's last checkpoint, ready to act, and its counters ("step", "updates", "episodes").
 
     Args:
@@ -404,7 +435,7 @@ def load_policy(
     """
     config = folder.load_config()
 
-    def use(tree: dict[str, Any]) -> tuple[Policy, Row]:
+    def use(tree: State) -> tuple[Policy, Counters]:
         policy = build_policy(config.policy, *specs_of(tree))
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
