@@ -6,9 +6,11 @@ import argparse
 import functools
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
+from typing import Any
 
-from prnav.errors import ConfigError, PrnavError
+from prnav.errors import ConfigError, PrnavError, SceneNote
 
 Main = Callable[[Sequence[str] | None], int | None]
 
@@ -62,10 +64,25 @@ def positive(text: str) -> int:
     return value
 
 
+def _show_warning(name: str, show: Callable[..., None], message: Any, category: type[Warning], *place: Any) -> None:
+    """Print a note on a scene as one line, once, and anything else as Python does."""
+    if not issubclass(category, SceneNote):
+        show(message, category, *place)
+    elif (text := " ".join(str(message).split())) not in _SHOWN:
+        _SHOWN.add(text)
+        print(f"{name}: note: {text}", file=sys.stderr)
+
+
+_SHOWN: set[str] = set()
+
+
 def _run(main: Main, argv: Sequence[str] | None) -> int:
     name = os.path.basename(sys.argv[0]) if argv is None else "prnav"
     try:
-        return main(argv) or 0
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", SceneNote)
+            warnings.showwarning = functools.partial(_show_warning, name, warnings.showwarning)
+            return main(argv) or 0
     except PrnavError as error:
         print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2

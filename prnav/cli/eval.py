@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from prnav.catalog import DEFAULT_TASK, TASKS, task_spec
 from prnav.cli._common import add_data_options, check_data_options, command, positive
+from prnav.cli._progress import LineProgress
 from prnav.errors import ConfigError
 from prnav.files import write_text
 
@@ -215,19 +215,22 @@ def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, o
     if len(evaluations) < 2:
         return {}
     from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups
-    from prnav.report.tables import differences_table, seeds_table
+    from prnav.report.tables import differences_table, seeds_table, that_fit
 
     names = [evaluation.label for evaluation in evaluations]
     paired, groups = differences(evaluations, names), seed_groups(evaluations)
     if paired:
-        console.print(differences_table(paired))
+        for part in that_fit(paired, console.width):
+            console.print(differences_table(part))
     elif not same_episodes(evaluations):
         console.print("these evaluations are of different episodes, so they are not compared", highlight=False)
     between = group_differences(groups)
     if groups:
-        console.print(seeds_table(groups))
+        for few in that_fit(groups, console.width):
+            console.print(seeds_table(few))
     if between:
-        console.print(differences_table(between))
+        for part in that_fit(between, console.width):
+            console.print(differences_table(part))
     return {
         "evaluations": [evaluation.header for evaluation in evaluations],
         "differences": [dataclasses.asdict(difference) for difference in paired],
@@ -314,15 +317,13 @@ def _print(evaluation: Evaluation, console: Console) -> None:
 
 
 def _progress(screen: Console) -> Progress:
-    return Progress(
+    return LineProgress(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=screen,
-        transient=True,
-        disable=not sys.stderr.isatty(),
     )
 
 

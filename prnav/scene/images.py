@@ -38,6 +38,11 @@ class EncodedImage:
     data: bytes | memoryview
     where: str
 
+    @property
+    def alteration(self) -> bytes:
+        """What is done to the texels, so that two images of the same data are told apart; nothing here."""
+        return b""
+
     @cached_property
     def size(self) -> tuple[int, int]:
         """Width and height in pixels, read from the header.
@@ -63,13 +68,13 @@ class EncodedImage:
         _ = self.size  # refuses what is too big before it is decoded
         if decoders.is_basis(self.data):
             try:
-                return _texels(Image.fromarray(np.ascontiguousarray(decoders.decode_basis(self.data))), factor)
+                return shrink(Image.fromarray(np.ascontiguousarray(decoders.decode_basis(self.data))), factor)
             except ValueError as error:
                 raise self._broken_basis(error) from error
         try:
             image = self._open()
             image.load()
-            return _texels(image, factor)
+            return shrink(image, factor)
         except Image.DecompressionBombError as error:
             raise self._too_big(error) from error
         except _PIL_ERRORS as error:
@@ -121,7 +126,8 @@ def reduction(size: tuple[int, int], max_texture_size: int) -> int:
     return factor
 
 
-def _texels(image: Image.Image, factor: int) -> NDArray[np.uint8]:
+def shrink(image: Image.Image, factor: int) -> NDArray[np.uint8]:
+    """RGBA texels (ceil(H / factor), ceil(W / factor), 4) of a picture, each the mean of those it replaces."""
     if image.mode[0] in "IF":
         image = _eight_bits(image)
     alpha = image.convert("RGBA").getchannel("A") if image.mode in ("LA", "La", "PA", "RGBA", "RGBa") else None

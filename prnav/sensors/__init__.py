@@ -12,6 +12,7 @@ from prnav.sensors.design import (
     Design,
     DesignSpace,
     Link,
+    Seat,
     check_poses,
 )
 from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
@@ -39,6 +40,7 @@ __all__ = [
     "MeshBody",
     "Readout",
     "BodySurface",
+    "Seat",
     "check_poses",
     "compass",
     "design_to_toml",
