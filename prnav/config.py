@@ -19,8 +19,9 @@ import types
 import typing
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
+from prnav.aliases import JSON, Anything, JSONObject
 from prnav.errors import ConfigError
 
 C = TypeVar("C")
@@ -48,7 +49,7 @@ def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -
     return from_mapping(cls, values, f"{path} with {', '.join(overrides)}" if overrides else str(path))
 
 
-def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
+def apply_overrides(values: JSONObject, overrides: Iterable[str]) -> None:
     """Set ``key.sub=value`` strings in a nested dictionary, in place."""
     for override in overrides:
         key, sign, raw = override.partition("=")
@@ -67,7 +68,7 @@ def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
         table[leaf] = value
 
 
-def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: str = "") -> C:
+def from_mapping(cls: type[C], values: Mapping[str, JSON], source: str, prefix: str = "") -> C:
     """Config of class ``cls`` from a nested mapping; ``source`` names its origin in errors."""
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
@@ -90,7 +91,7 @@ def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: s
         raise ConfigError(f"config {source}: {prefix or 'top level'} lacks keys; of these: {missing}") from error
 
 
-def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
+def _convert(value: Anything, hint: Anything, source: str, key: str) -> Anything:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if dataclasses.is_dataclass(hint):
         if not isinstance(value, Mapping):
@@ -125,9 +126,9 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
     return value
 
 
-def to_mapping(config: Any) -> dict[str, Any]:
+def to_mapping(config: Anything) -> JSONObject:
     """Nested dictionary of a config: JSON-able, None left out."""
-    result: dict[str, Any] = {}
+    result: JSONObject = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
         if value is None:
@@ -140,11 +141,11 @@ def to_mapping(config: Any) -> dict[str, Any]:
     return result
 
 
-def to_toml(config: Any) -> str:
+def to_toml(config: Anything) -> str:
     """TOML text that :func:`load_config` reads back to an equal config."""
     lines: list[str] = []
 
-    def write(table: Mapping[str, Any], prefix: str) -> None:
+    def write(table: Mapping[str, JSON], prefix: str) -> None:
         for key, value in table.items():
             if not isinstance(value, dict):
                 lines.append(f"{key} = {_toml_value(value)}")
@@ -157,12 +158,12 @@ def to_toml(config: Any) -> str:
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
-def _toml_value(value: Any) -> str:
+def _toml_value(value: Anything) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(_toml_value(item) for item in value) + "]"
     return repr(value) if isinstance(value, float) else json.dumps(value)
 
 
-def config_hash(config: Any) -> str:
+def config_hash(config: Anything) -> str:
     """First 16 hex digits of the SHA-256 of a config's values."""
     return hashlib.sha256(json.dumps(to_mapping(config), sort_keys=True).encode()).hexdigest()[:16]

@@ -8,8 +8,8 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
 
+from prnav.aliases import Anything
 from prnav.errors import ConfigError, PrnavError, SceneNote
 
 Main = Callable[[Sequence[str] | None], int | None]
@@ -64,7 +64,9 @@ def positive(text: str) -> int:
     return value
 
 
-def _show_warning(name: str, show: Callable[..., None], message: Any, category: type[Warning], *place: Any) -> None:
+def _show_warning(
+    name: str, show: Callable[..., None], message: Anything, category: type[Warning], *place: Anything
+) -> None:
     """Print a note on a scene as one line, once, and anything else as Python does."""
     if not issubclass(category, SceneNote):
         show(message, category, *place)

@@ -6,11 +6,11 @@ import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from prnav.aliases import JSONObject
 from prnav.errors import ConfigError
 from prnav.evaluate.intervals import Interval
 from prnav.files import write_text
@@ -32,7 +32,7 @@ def compare(options: argparse.Namespace) -> None:
     else:
         result = ANALYSES[kind](rows, options.measure)
     console = Console()
-    told: dict[str, Any] = {"kind": kind, "measure": options.measure}
+    told: JSONObject = {"kind": kind, "measure": options.measure}
     if isinstance(result, Gains):
         entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
         entries += [(f"optimised {s}", i) for s, i in zip(result.starts, result.optimised, strict=True)]

@@ -6,8 +6,9 @@ import argparse
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from prnav.aliases import JSONObject
 from prnav.cli._common import add_data_options, check_data_options, command
 from prnav.cli._scene_views import contact_sheet, floor_levels, floor_map, views
 from prnav.errors import NavMeshError, SceneError, SceneNote
@@ -226,7 +227,7 @@ def _info(arguments: argparse.Namespace) -> None:
     for note in notes:
         print(f"note       {note}")
     _info_plan(arguments.scene)
-    facts: dict[str, Any] = {
+    facts: JSONObject = {
         "name": scene.name,
         "sha256": scene.hash,
         "triangles": len(scene.faces),
@@ -253,7 +254,7 @@ def _info(arguments: argparse.Namespace) -> None:
         print(f"islands    {', '.join(f'{area:.1f}' for area in areas[:8])}{' ...' if len(areas) > 8 else ''} m2")
 
 
-def _write_json(path: Path | None, facts: dict[str, Any]) -> None:
+def _write_json(path: Path | None, facts: JSONObject) -> None:
     import json
 
     from prnav.files import write_text

@@ -6,9 +6,10 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from prnav import catalog
+from prnav.aliases import JSON, Anything
 from prnav.checks import require_at_least
 from prnav.config import TYPE_OF, load_config
 from prnav.design.joint import JointConfig
@@ -22,7 +23,7 @@ from prnav.sensors import Design, DesignSpace, load_design, random_design
 from prnav.train import TrainConfig
 
 
-def probe_type(table: Mapping[str, Any]) -> type:
+def probe_type(table: Mapping[str, JSON]) -> type:
     """Class of the table [proxy] in a search's config: that of the task which [train] names.
 
     Raises:
@@ -74,7 +75,7 @@ class OptimizeConfig:
     """Specialists per design."""
     joint: JointConfig = field(default_factory=JointConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
-    proxy: Any = field(default=None, metadata={TYPE_OF: probe_type})
+    proxy: Anything = field(default=None, metadata={TYPE_OF: probe_type})
     """Settings of the task's state probe (:attr:`prnav.contracts.TaskSpec.probe`); its defaults where left out."""
     specialist: SpecialistConfig = field(default_factory=SpecialistConfig)
     train: TrainConfig = field(default_factory=TrainConfig)

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, JSONObject
 from prnav.checks import require_positive
 
 Float64 = NDArray[np.float64]
@@ -162,11 +163,11 @@ class DesignPolicy:
             low, high = np.log(config.std_min), np.log(config.std_max)
             self.log_std = np.clip(self.log_std + config.std_learning_rate * step[size:], low, high)
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the policy's future depends on."""
         return {"mean": self.mean, "log_std": self.log_std, "moments": self._moments, "steps": self._steps}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON]) -> None:
         """Go on from :meth:`state_dict`."""
         self.mean, self.log_std = np.array(state["mean"]), np.array(state["log_std"])
         self._moments, self._steps = np.array(state["moments"]), int(state["steps"])

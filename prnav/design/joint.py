@@ -10,10 +10,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from prnav.aliases import JSON, JSONObject
 from prnav.checks import require_at_least
 from prnav.config import config_hash, to_mapping
 from prnav.design.cost import CostConfig
@@ -88,7 +89,7 @@ class JointTrainer(Trainer):
         folder: RunFolder,
         report: Callable[[MetricsRow], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
-        data: Mapping[str, Any] | None = None,
+        data: Mapping[str, JSON] | None = None,
     ) -> None:
         """Trainer of a run; arguments beside these as for :class:`Trainer`.
 
@@ -103,7 +104,7 @@ class JointTrainer(Trainer):
             data: what the run is made from.
         """
         self.joint, self.design = joint, design
-        self.history: list[dict[str, Any]] = []
+        self.history: list[JSONObject] = []
         policy = DesignPolicy(joint.policy, int(design.free.sum()))
         self.designed = DesignedVectorEnv(envs, design, policy, joint.cost, joint.score, config.seed)
         facts = {**(data or {}), "joint": to_mapping(joint), "design": design.name}
@@ -155,11 +156,11 @@ class JointTrainer(Trainer):
         super().save()
         write_text(self.folder.path / HISTORY, json.dumps(self.history) + "\n")
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the rest of the run depends on."""
         return {**super().state_dict(), "design_history": self.history}
 
-    def load_state_dict(self, state: Mapping[str, Any], *source: str) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON], *source: str) -> None:
         """Go on from :meth:`state_dict`."""
         super().load_state_dict(state, *source)
         self.history = list(state["design_history"])

@@ -11,11 +11,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Anything
 from prnav.errors import ConfigError
 from prnav.sensors import AXES, Design, with_free_values
 
@@ -189,7 +190,7 @@ def random_values(design: Design, count: int, bound: float, seed: int) -> Float6
     return values
 
 
-def _optuna() -> Any:
+def _optuna() -> Anything:
     try:
         import optuna
     except ImportError as error:
@@ -198,7 +199,7 @@ def _optuna() -> Any:
     return optuna
 
 
-def _storage(optuna: Any, storage: str | Path) -> Any:
+def _storage(optuna: Anything, storage: str | Path) -> Anything:
     from sqlalchemy.exc import SQLAlchemyError
 
     text = str(storage)
@@ -214,22 +215,22 @@ def _storage(optuna: Any, storage: str | Path) -> Any:
         ) from error
 
 
-def _sampler(optuna: Any, method: str, seed: int) -> Any:
+def _sampler(optuna: Anything, method: str, seed: int) -> Anything:
     """A sampler whose random numbers belong to the trial: two machines, or a resumed search, repeat none of them."""
     _sampler_of(optuna, method, seed)  # a wrong method is an error now
 
     class OfTrial(optuna.samplers.BaseSampler):
-        def before_trial(self, study: Any, trial: Any) -> None:
+        def before_trial(self, study: Anything, trial: Anything) -> None:
             self.own = _sampler_of(optuna, method, seed_of(seed, trial.number))
             self.own.before_trial(study, trial)
 
-        def infer_relative_search_space(self, study: Any, trial: Any) -> Any:
+        def infer_relative_search_space(self, study: Anything, trial: Anything) -> Anything:
             return self.own.infer_relative_search_space(study, trial)
 
-        def sample_relative(self, study: Any, trial: Any, search_space: Any) -> Any:
+        def sample_relative(self, study: Anything, trial: Anything, search_space: Anything) -> Anything:
             return self.own.sample_relative(study, trial, search_space)
 
-        def sample_independent(self, study: Any, trial: Any, name: str, distribution: Any) -> Any:
+        def sample_independent(self, study: Anything, trial: Anything, name: str, distribution: Anything) -> Anything:
             return self.own.sample_independent(study, trial, name, distribution)
 
     return OfTrial()
@@ -240,7 +241,7 @@ def seed_of(seed: int, number: int) -> int:
     return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
 
 
-def _sampler_of(optuna: Any, method: str, seed: int) -> Any:
+def _sampler_of(optuna: Anything, method: str, seed: int) -> Anything:
     samplers = optuna.samplers
     if method == "random":
         return samplers.RandomSampler(seed=seed)
@@ -263,7 +264,7 @@ def _need_cmaes() -> None:
         ) from error
 
 
-def _finished(optuna: Any, study: Any, names: list[str]) -> list[Trial]:
+def _finished(optuna: Anything, study: Anything, names: list[str]) -> list[Trial]:
     complete = (optuna.trial.TrialState.COMPLETE,)
     return [
         Trial(trial.number, np.array([trial.params[key] for key in names]), float(trial.value))

@@ -34,7 +34,7 @@ _PEEK = 1 << 16
 
 
 @dataclass(frozen=True)
-class Task:
+class FileCheck:
     """One thing to try.
 
     Attributes:
@@ -81,7 +81,7 @@ class CheckLimits:
             )
 
 
-def find_tasks(folder: str | Path, data: str | None = None) -> list[Task]:
+def find_tasks(folder: str | Path, data: str | None = None) -> list[FileCheck]:
     """All files of a folder that prnav might be given, in order of their paths.
 
     Args:
@@ -103,7 +103,7 @@ def find_tasks(folder: str | Path, data: str | None = None) -> list[Task]:
             path = Path(base) / name
             kind = kind_of(path)
             if kind is not None:
-                tasks.append(Task(kind, path))
+                tasks.append(FileCheck(kind, path))
     if not tasks:
         raise SceneError(f"{root}: nothing to check; looked for {', '.join(MESH_SUFFIXES)}, .navmesh and .json.gz")
     return tasks
@@ -132,17 +132,17 @@ def kind_of(path: Path) -> Kind | None:
     return None
 
 
-def _data_tasks(root: Path, data: str) -> list[Task]:
+def _data_tasks(root: Path, data: str) -> list[FileCheck]:
     scenes = open_scene_set(data, root)
-    tasks = [Task("scene", scenes.files[scene_id], scene_id) for scene_id in scenes.scene_ids()]
+    tasks = [FileCheck("scene", scenes.files[scene_id], scene_id) for scene_id in scenes.scene_ids()]
     base = data_folder(root) / "datasets" / "pointnav"
     for alias in LAYOUTS[data].episodes:
-        tasks += [Task("episodes", path) for path in sorted((base / alias).rglob("*.json.gz"))]
+        tasks += [FileCheck("episodes", path) for path in sorted((base / alias).rglob("*.json.gz"))]
     return tasks
 
 
 def check_tasks(
-    tasks: Sequence[Task],
+    tasks: Sequence[FileCheck],
     folder: str | Path,
     data: str | None = None,
     limits: CheckLimits = CheckLimits(),  # noqa: B008 (frozen)
@@ -193,7 +193,7 @@ class _Worker:
         self.folder, self.data, self.limits = folder, data, limits
         self._process: subprocess.Popen[bytes] | None = None
 
-    def run(self, task: Task) -> Report:
+    def run(self, task: FileCheck) -> Report:
         start = time.monotonic()
         request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id, "root": self.limits.root}
         answer = self._ask(json.dumps(request).encode() + b"\n")

@@ -6,10 +6,8 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from numpy.typing import NDArray
-
+from prnav.aliases import Array, JSONObject
 from prnav.cache import hash_arrays
 from prnav.catalog import task_spec
 from prnav.config import config_hash
@@ -32,8 +30,8 @@ class TrainedRun:
     observation_specs: ObservationSpecs
     """Of the observations that the policy takes."""
     action_spec: ActionSpec
-    weights: dict[str, NDArray[Any]]
-    facts: dict[str, Any]
+    weights: dict[str, Array]
+    facts: JSONObject
     """Where the weights come from: encoder, budget, seed, hashes of the weights and of the recipe."""
 
     def build(self) -> Policy:

@@ -16,11 +16,10 @@ import time
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Anything, Array, JSONObject
 from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Header, Played, Trace
 from prnav.errors import ConfigError, RecordError
@@ -56,15 +55,15 @@ class RecordWriter:
         RecordError: another process writes here, the folder holds another unfinished evaluation, or a broken row.
     """
 
-    def __init__(self, directory: str | Path, header: Mapping[str, Any], restart: bool = False) -> None:
+    def __init__(self, directory: str | Path, header: Mapping[str, JSON], restart: bool = False) -> None:
         self.directory = Path(directory)
-        self._header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
+        self._header: JSONObject = json.loads(json.dumps({"format": FORMAT, **header}))
         self.directory.mkdir(parents=True, exist_ok=True)
         self._lock = FolderLock(self.directory)
         if not self._lock.acquire():
             raise RecordError(f"{self.directory}: another evaluation writes here; wait for it or choose another --out")
         try:
-            self.rows: dict[EpisodeId, dict[str, Any]] = {} if restart else self._recover()
+            self.rows: dict[EpisodeId, JSONObject] = {} if restart else self._recover()
         except RecordError:
             self._lock.release()
             raise
@@ -92,12 +91,12 @@ class RecordWriter:
         if len(self._block) >= BLOCK_EPISODES or time.monotonic() - self._block_started > BLOCK_SECONDS:
             self._flush()
 
-    def all_rows(self, order: Sequence[EpisodeId]) -> list[dict[str, Any]]:
+    def all_rows(self, order: Sequence[EpisodeId]) -> list[JSONObject]:
         """Rows of all episodes in this order, once each has been added."""
         self._flush()
         return [self.rows[episode] for episode in order]
 
-    def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, Any]) -> Evaluation:
+    def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, JSON]) -> Evaluation:
         """Put rows and trajectories in the order of the episode list and mark the evaluation finished.
 
         Args:
@@ -131,7 +130,7 @@ class RecordWriter:
         self._parts += 1
         self._block = []
 
-    def _recover(self) -> dict[EpisodeId, dict[str, Any]]:
+    def _recover(self) -> dict[EpisodeId, JSONObject]:
         """Rows that an interrupted evaluation left; a last row that was cut short is cut off the file."""
         if not (self.directory / EVALUATION).exists():
             return {}
@@ -214,15 +213,15 @@ def find_evaluations(run: str | Path) -> list[Path]:
     return sorted(path.parent for path in (run / "eval").glob(f"*/{EVALUATION}"))
 
 
-def _episode(row: Mapping[str, Any]) -> EpisodeId:
+def _episode(row: Mapping[str, JSON]) -> EpisodeId:
     return str(row["scene_id"]), str(row["episode_id"])
 
 
-def _dump(value: Any, indent: int | None = None) -> str:
+def _dump(value: Anything, indent: int | None = None) -> str:
     return json.dumps(_plain(value), allow_nan=False, indent=indent)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Anything) -> Anything:
     """The value in JSON's own types; infinity becomes null, NaN stays and is refused."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
@@ -233,7 +232,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and math.isinf(value) else value
 
 
-def _read_header(directory: Path) -> dict[str, Any]:
+def _read_header(directory: Path) -> JSONObject:
     path = directory / EVALUATION
     try:
         header = json.loads(path.read_text(encoding="utf-8"))
@@ -249,7 +248,7 @@ def _read_header(directory: Path) -> dict[str, Any]:
     return header
 
 
-def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
+def _parse_rows(path: Path, data: bytes) -> list[JSONObject]:
     rows = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
@@ -284,7 +283,7 @@ def check_benchmark(header: Header, path: Path) -> None:
 def _write_traces(path: Path, traces: Mapping[EpisodeId, Trace]) -> None:
     """All arrays end to end: those of states have T + 1 rows an episode, those of steps T."""
     items = list(traces.values())
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, Array] = {
         "scene_id": np.array([scene for scene, _ in traces], dtype=np.str_),
         "episode_id": np.array([episode for _, episode in traces], dtype=np.str_),
         "steps": np.array([len(item) for item in items], dtype=np.int64),

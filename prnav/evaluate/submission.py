@@ -9,10 +9,10 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import JSONObject
 from prnav.catalog import task_spec
 from prnav.contracts import Evaluation
 from prnav.errors import ConfigError, RecordError
@@ -82,7 +82,7 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
     return evaluation
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> JSONObject:
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -13,8 +13,9 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from prnav.aliases import Anything
 from prnav.catalog import task_spec
 from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
@@ -42,7 +43,7 @@ def play_in_processes(
     """
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
-    answers: Queue[Any] = context.Queue()
+    answers: Queue[Anything] = context.Queue()
     asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
@@ -80,8 +81,8 @@ def _work(
     todo: Sequence[int],
     seed: int,
     num_slots: int,
-    counter: Any,
-    answers: Queue[Any],
+    counter: Anything,
+    answers: Queue[Anything],
 ) -> None:
     """Play until no episode is left."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
@@ -104,7 +105,7 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:
+def _next(todo: Sequence[int], counter: Anything) -> Iterator[int]:
     """Episodes that no other worker has taken."""
     while True:
         with counter.get_lock():

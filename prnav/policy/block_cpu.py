@@ -14,7 +14,7 @@ Letters in shapes: B batch, S tokens, R = B * S rows, D width, F hidden units of
 from __future__ import annotations
 
 import threading
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.aliases import Anything
 from prnav.policy.attention_kernels import attention_kernels, query_tile
 from prnav.policy.block_kernels import (
     add_row,
@@ -100,7 +101,7 @@ class Block(torch.autograd.Function):
     """(tokens, heads, keep, the block's 12 parameters in the order of its modules) -> tokens (B, S, D)."""
 
     @staticmethod
-    def forward(ctx: Any, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
+    def forward(ctx: Anything, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
         """Tokens (B, S, D) after the block."""
         gain, shift, w_qkv, b_qkv, w_out, b_out, gain_2, shift_2, w_in, b_in, w_mlp, b_mlp = parameters
         batch, count, width = tokens.shape
@@ -143,7 +144,7 @@ class Block(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, outer: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Anything, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of tokens and parameters."""
         first, second, qkv, attended, inner, scales = ctx.memory.matrices
         w_qkv, w_in, *parameters = ctx.saved_tensors
@@ -195,11 +196,11 @@ class Block(torch.autograd.Function):
         return (result.view(ctx.shape), None, None, *of_attention, *of_mlp)
 
 
-def _numpy(tensor: Tensor) -> Any:
+def _numpy(tensor: Tensor) -> Anything:
     return tensor.detach().numpy()
 
 
-def work_space(head: int, count: int) -> list[Any]:
+def work_space(head: int, count: int) -> list[Anything]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
     across = query_tile(count)
     sizes = (head * across, count * across, across, across, count * across, across * head, across * head)

@@ -9,14 +9,13 @@ Letters in shapes: B batch, S tokens, D width, H heads, E = D / H.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import torch
 from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.aliases import Anything
 from prnav.policy.block_cpu import folded
 from prnav.policy.block_kernels import COMPILED, EPSILON, Floats, exponential, normalize
 
@@ -111,7 +110,9 @@ class TokenReadout(torch.autograd.Function):
     """(tokens, w_query (D, D), b_query, w_key (H, E, D)) -> means of the normalised tokens, and the first tokens."""
 
     @staticmethod
-    def forward(ctx: Any, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(
+        ctx: Anything, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor
+    ) -> tuple[Tensor, Tensor]:
         """Means (B, H, D) and first tokens (B, D)."""
         batch, count, width = tokens.shape
         heads, size, _ = w_key.shape
@@ -128,7 +129,7 @@ class TokenReadout(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
+    def backward(ctx: Anything, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
         """Gradients of all inputs."""
         rows, first, leader, query, probe, weights, w_query, w_key = ctx.saved_tensors
         batch, heads, size = query.shape

@@ -135,9 +135,9 @@ class WarpEngine:
         held = self.residents.get(int(scene) for scene in np.unique(scene_of_view))
         if any(self._tabled.get(scene) is not item for scene, item in held.items()):
             self._tabled = self.residents.items()
-            nothing = self._kernels.Scene()
+            nothing = self._kernels.WarpScene()
             rows = [self._tabled[i].struct if i in self._tabled else nothing for i in range(self._scene_count)]
-            self._table = self._wp.array(rows, dtype=self._kernels.Scene, device=self.device)
+            self._table = self._wp.array(rows, dtype=self._kernels.WarpScene, device=self.device)
         if len(views) not in self._staging:
             self._staging[len(views)] = _Staging(self._wp, self.device, len(views))
         return [self._table, *self._staging[len(views)].send(scene_of_view, views, spheres)]
@@ -169,7 +169,7 @@ class _DeviceScene:
         self._mesh = wp.Mesh(points, indices, bvh_constructor="sah")
         self._surfaces = kernels.surface_array(surfaces.records, device)
         self._texels = wp.array(surfaces.texels, dtype=wp.uint32, device=device)
-        self.struct = kernels.Scene()
+        self.struct = kernels.WarpScene()
         self.struct.mesh = self._mesh.id
         self.struct.surfaces = self._surfaces
         self.struct.texels = self._texels

@@ -7,12 +7,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 import prnav
 from prnav import style
+from prnav.aliases import JSON, JSONObject
 from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Pictures
 from prnav.errors import RecordError
@@ -66,8 +66,8 @@ class RunRecords:
 
     name: str
     evaluations: tuple[Evaluation, ...]
-    metrics: tuple[dict[str, Any], ...]
-    facts: dict[str, Any]
+    metrics: tuple[JSONObject, ...]
+    facts: JSONObject
     """``run.json``; empty where there is none."""
     unfinished: tuple[str, ...] = ()
     """Names of evaluations that were interrupted or still run; the page says so."""
@@ -155,7 +155,7 @@ def _results(evaluations: Sequence[Evaluation], names: Sequence[str]) -> list[st
     return parts
 
 
-def _by_recipe(runs: Sequence[RunRecords]) -> dict[str, list[tuple[dict[str, Any], ...]]]:
+def _by_recipe(runs: Sequence[RunRecords]) -> dict[str, list[tuple[JSONObject, ...]]]:
     """Metrics of the runs, those of one recipe (all but the seed is the same) together under one name."""
     recipes: dict[str, list[RunRecords]] = {}
     for run in runs:
@@ -211,7 +211,7 @@ def _figure(uri: str, caption: str) -> str:
     return f'<figure><img src="{uri}" alt="{words}"><figcaption>{words}</figcaption></figure>'
 
 
-def _details(name: str, facts: Mapping[str, Any]) -> str:
+def _details(name: str, facts: Mapping[str, JSON]) -> str:
     text = html.escape(json.dumps(facts, indent=1))
     return f"<details><summary>{html.escape(name)}</summary><pre>{text}</pre></details>"
 

@@ -10,14 +10,14 @@ import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
+from prnav.aliases import JSON, Anything, Array, JSONObject
 from prnav.errors import CheckpointError
 from prnav.files import atomic_path
 
@@ -29,13 +29,13 @@ _ARRAY = "__array__"
 R = TypeVar("R")
 
 
-def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
+def save_checkpoint(path: Path, tree: Mapping[str, JSON]) -> None:
     """Write nested dicts and lists of tensors, arrays, strings, numbers, booleans and None.
 
     Raises:
         CheckpointError: the disk is full, or lets nothing be written there; what stood there before still does.
     """
-    arrays: dict[str, NDArray[Any]] = {}
+    arrays: dict[str, Array] = {}
     skeleton = _strip(tree, "", arrays)
     try:
         with atomic_path(path) as temporary:
@@ -46,7 +46,7 @@ def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
         ) from error
 
 
-def load_checkpoint(path: Path) -> dict[str, Any]:
+def load_checkpoint(path: Path) -> JSONObject:
     """The tree that :func:`save_checkpoint` wrote; tensors come back as arrays, tuples as lists.
 
     Raises:
@@ -65,7 +65,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
         raise CheckpointError(f"checkpoint {path}: cannot be read ({error})") from error
 
 
-def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
+def _strip(node: Anything, path: str, arrays: dict[str, Array]) -> Anything:
     """``node`` with its arrays moved into ``arrays`` under their path."""
     if isinstance(node, torch.Tensor):
         node = node.detach().cpu().numpy()
@@ -83,7 +83,7 @@ def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
     raise TypeError(f"a checkpoint cannot hold {path}, which is a {type(node).__name__}")
 
 
-def _fill(node: Any, array: Callable[[str], NDArray[Any]]) -> Any:
+def _fill(node: Anything, array: Callable[[str], Array]) -> Anything:
     if isinstance(node, dict):
         if _ARRAY in node:
             return array(node[_ARRAY])
@@ -120,7 +120,7 @@ def prune_checkpoints(folder: Path, keep: int) -> None:
         path.unlink(missing_ok=True)
 
 
-def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable[[str], None], workers: int = 1) -> R:
+def load_latest(folder: Path, use: Callable[[JSONObject], R], warn: Callable[[str], None], workers: int = 1) -> R:
     """``use`` the tree of the newest checkpoint that can be read; ``warn`` of each newer one that cannot.
 
     With several ``workers``, all their parts must be readable.
@@ -145,7 +145,7 @@ def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable
     raise AssertionError("unreachable")
 
 
-def load_policy_weights(policy: torch.nn.Module, weights: Mapping[str, NDArray[Any]], source: str) -> None:
+def load_policy_weights(policy: torch.nn.Module, weights: Mapping[str, Array], source: str) -> None:
     """Put the weights of a checkpoint's tree into a policy.
 
     Raises:

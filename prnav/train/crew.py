@@ -8,12 +8,12 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from prnav.aliases import JSON, JSONObject
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
@@ -79,14 +79,14 @@ class Crew:
         noise = self.generator.random(shape, dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
         return torch.from_numpy(noise).to(rollout.device)
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the next rollout depends on, the environments included."""
         return {
             "groups": [collector.state_dict() for collector in self.collectors],
             "generator": self.generator.bit_generator.state,
         }
 
-    def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
         """Continue from :meth:`state_dict`.
 
         Raises:

@@ -13,11 +13,12 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from datetime import timedelta
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import torch
 from torch import Tensor
 
+from prnav.aliases import Anything
 from prnav.errors import ConfigError, WorkerError
 
 PATIENCE = timedelta(minutes=10)
@@ -37,7 +38,7 @@ class Workers:
         self.local_rank, self.local_size = local_rank, local_size
         """Number of this worker, and of all workers, on its machine."""
         self._rollouts = 0
-        self._store: Any = None
+        self._store: Anything = None
 
     @property
     def first(self) -> bool:
@@ -97,7 +98,7 @@ class Workers:
         """
         if self.size == 1:
             return work()
-        result: Any = None
+        result: Anything = None
         if self.first:
             try:
                 result = work()

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from prnav.aliases import JSON, JSONObject
 from prnav.policy import ActionDistribution, Cutter, Policy, State
 from prnav.train.distributed import Workers
 from prnav.train.machine import one_core_threads
@@ -123,11 +123,11 @@ class Learner:
         }
         return {**means, "grad_norm": norm}
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """Everything but the policy that the next update depends on."""
         return {"optimizer": self.optimizer.state_dict(), "generator": self.generator.bit_generator.state}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON]) -> None:
         """Continue from :meth:`state_dict`."""
         optimizer = dict(state["optimizer"])
         optimizer["state"] = {

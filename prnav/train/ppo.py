@@ -120,7 +120,7 @@ def normalized(values: Tensor, of: Tensor | None = None) -> Tensor:
     """``values`` shifted and scaled so that all values have mean 0 and variance 1 (all 0 where they do not differ).
 
     Args:
-        values: Any shape.
+        values: Anything shape.
         of: :func:`moments` of all values, these among them; these alone if not given.
     """
     count, total, squares = (moments(values) if of is None else of).tolist()

@@ -1,8 +1,10 @@
-"""One row of a run's metrics, as ``metrics.jsonl`` holds it."""
+"""Rows of a run's metrics, as ``metrics.jsonl`` holds them, and the board that shows them."""
 
 from __future__ import annotations
 
-from typing import NotRequired, TypedDict
+from typing import NotRequired, Protocol, TypedDict
+
+from prnav.contracts import Array
 
 Numbers = dict[str, float]
 """By name."""
@@ -34,3 +36,33 @@ class Counters(TypedDict):
     step: int
     updates: int
     episodes: int
+
+
+class Share(TypedDict):
+    """What one worker tells the others of an update."""
+
+    steps: int
+    ended: list[dict[str, float]]
+    losses: dict[str, float]
+
+
+class Board(Protocol):
+    """What TensorBoard's writer is used for."""
+
+    def add_scalar(self, tag: str, value: float, step: int) -> None:
+        """A number of a step."""
+        ...
+
+    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
+        """A picture of a step."""
+        ...
+
+
+class NoBoard:
+    """Stands for the writer where another worker writes."""
+
+    def add_scalar(self, tag: str, value: float, step: int) -> None:
+        """Nothing."""
+
+    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
+        """Nothing."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSON, JSONObject
 from prnav.config import load_config, to_mapping, to_toml
 from prnav.errors import CheckpointError, ConfigError
 from prnav.files import write_text
@@ -45,7 +45,7 @@ class RunFolder:
             raise CheckpointError(f"run {self.path}: there is no config.toml; give the folder of a run (--run DIR)")
         return load_config(TrainConfig, self.config_path)
 
-    def start(self, config: TrainConfig, facts: Mapping[str, Any]) -> None:
+    def start(self, config: TrainConfig, facts: Mapping[str, JSON]) -> None:
         """Make the folder and write what is known before the first step.
 
         Raises:
@@ -88,7 +88,7 @@ class RunFolder:
         """Let other processes have the folder."""
         self._lock.release()
 
-    def append_metrics(self, row: Mapping[str, Any]) -> None:
+    def append_metrics(self, row: Mapping[str, JSON]) -> None:
         """Add one line of metrics."""
         with open(self.metrics_path, "a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
@@ -107,13 +107,13 @@ class RunFolder:
         write_text(self.metrics_path, "".join(kept))
 
 
-def read_metrics(folder: Path) -> list[dict[str, Any]]:
+def read_metrics(folder: Path) -> list[JSONObject]:
     """All rows of a run's ``metrics.jsonl``."""
     return [json.loads(line) for line in (folder / "metrics.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
-def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    result: dict[str, Any] = {}
+def _flat(values: Mapping[str, JSON], prefix: str = "") -> JSONObject:
+    result: JSONObject = {}
     for key, value in values.items():
         if isinstance(value, dict):
             result |= _flat(value, f"{prefix}{key}.")

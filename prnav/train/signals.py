@@ -6,7 +6,8 @@ import signal
 import sys
 import threading
 from types import FrameType, TracebackType
-from typing import Any
+
+from prnav.aliases import Anything
 
 SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
 if sys.platform != "win32":
@@ -23,7 +24,7 @@ class StopRequest:
     def __init__(self) -> None:
         self.name: str | None = None
         """Name of the signal that asked to stop, or None."""
-        self._former: dict[int, Any] = {}
+        self._former: dict[int, Anything] = {}
 
     def __bool__(self) -> bool:
         return self.name is not None

@@ -11,13 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Protocol, TypedDict
 
 import numpy as np
 import torch
 
 from prnav.config import config_hash
-from prnav.contracts import JSON, Array, BatchEnv, JSONObject, ObservationSpecs, State
+from prnav.contracts import JSON, BatchEnv, JSONObject, ObservationSpecs, State
 from prnav.errors import CheckpointError, PrnavError
 from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
@@ -29,43 +28,13 @@ from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
 from prnav.train.rollout import Rollout
-from prnav.train.rows import Counters, MetricsRow
+from prnav.train.rows import Board, Counters, MetricsRow, NoBoard, Share
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
 from prnav.train.stored_specs import specs_of, stored_specs
 from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
-
-
-class Board(Protocol):
-    """What TensorBoard's writer is used for."""
-
-    def add_scalar(self, tag: str, value: float, step: int) -> None:
-        """A number of a step."""
-        ...
-
-    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
-        """A picture of a step."""
-        ...
-
-
-class _NoBoard:
-    """Stands for the writer where another worker writes."""
-
-    def add_scalar(self, tag: str, value: float, step: int) -> None:
-        """Nothing."""
-
-    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
-        """Nothing."""
-
-
-class _Share(TypedDict):
-    """What one worker tells the others of an update."""
-
-    steps: int
-    ended: list[dict[str, float]]
-    losses: dict[str, float]
 
 
 class Trainer:
@@ -237,7 +206,7 @@ class Trainer:
     ) -> MetricsRow:
         """Book a finished update of all workers; its row of metrics."""
         steps = self.rollout.steps * self.rollout.environments
-        share: _Share = {"steps": steps, "ended": ended, "losses": dict(losses)}
+        share: Share = {"steps": steps, "ended": ended, "losses": dict(losses)}
         shares = self.workers.gather(share)
         taken = sum(share["steps"] for share in shares)
         episodes = [episode for share in shares for episode in share["ended"]]
@@ -393,7 +362,7 @@ class Trainer:
     def _board(self) -> AbstractContextManager[Board]:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
-            return nullcontext(_NoBoard())
+            return nullcontext(NoBoard())
         from torch.utils.tensorboard import SummaryWriter
 
         writer: AbstractContextManager[Board] = SummaryWriter(self.folder.tensorboard, purge_step=self.step)

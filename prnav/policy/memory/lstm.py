@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor, nn
 from torch.nn.utils.rnn import PackedSequence
 
+from prnav.aliases import Array
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import displacement_features
 from prnav.policy.lstm_cpu import packed_layer, packed_steps
@@ -102,7 +102,7 @@ class LSTMMemory(Memory):
         part = {"lstm": state["lstm"][:, :, rows]}
         return {**part, "fixes": state["fixes"][rows]} if self.displacement else part
 
-    def restored(self, stored: Mapping[str, NDArray[Any]] | NDArray[Any]) -> State:
+    def restored(self, stored: Mapping[str, Array] | Array) -> State:
         """The state that a checkpoint holds; those of the first version have one array, the fixes in its last layer."""
         if isinstance(stored, Mapping):
             return super().restored(stored)

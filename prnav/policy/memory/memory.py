@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
+
+from prnav.aliases import Array
 
 State = dict[str, Tensor]
 """What a memory carries from step to step. Only the memory itself knows what the tensors mean."""
@@ -93,7 +95,7 @@ class Memory(nn.Module, ABC):
     def cutter(self, starts: NDArray[np.bool_], device: torch.device) -> Cutter:
         """What cuts a rollout whose ``starts`` (T, N) mark the first step of each episode; plans lie on ``device``."""
 
-    def restored(self, stored: Mapping[str, NDArray[Any]] | NDArray[Any]) -> State:
+    def restored(self, stored: Mapping[str, Array] | Array) -> State:
         """The state that a checkpoint holds as arrays, on the host."""
         assert isinstance(stored, Mapping)
         return {name: torch.as_tensor(value) for name, value in stored.items()}
