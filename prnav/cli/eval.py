@@ -283,7 +283,7 @@ def _directory(entry: Entry, options: argparse.Namespace, name: str, several: bo
 def _device(name: str) -> str:
     if name == "cpu":
         return name
-    from prnav.train.trainer import choose_device
+    from prnav.train.machine import choose_device
 
     if name not in ("auto", "cuda"):
         raise ConfigError(f"--device {name!r} is not known; valid: cpu, cuda, auto")

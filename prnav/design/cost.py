@@ -53,7 +53,8 @@ def design_cost(poses: ArrayLike, design: Design, config: CostConfig) -> NDArray
 def solid_angle(fov: ArrayLike) -> NDArray[np.float64]:
     """Steradians (...) that a square view of full angle ``fov`` (...) [rad] covers."""
     half = np.sin(0.5 * np.asarray(fov, np.float64))
-    return 4.0 * np.arcsin(np.clip(half**2, 0.0, 1.0))
+    angle: NDArray[np.float64] = 4.0 * np.arcsin(np.clip(half**2, 0.0, 1.0))
+    return angle
 
 
 def tree_length(points: NDArray[np.float64]) -> float:

@@ -58,7 +58,8 @@ class DesignPolicyConfig:
 def log_probability(values: Float64, mean: Float64, log_std: Float64) -> Float64:
     """Log density of designs (B, n) under a Gaussian with mean (n,) and log standard deviations (n,): (B,)."""
     scaled = (values - mean) * np.exp(-log_std)
-    return -0.5 * (scaled**2).sum(axis=-1) - log_std.sum() - 0.5 * len(mean) * np.log(2.0 * np.pi)
+    density: Float64 = -0.5 * (scaled**2).sum(axis=-1) - log_std.sum() - 0.5 * len(mean) * np.log(2.0 * np.pi)
+    return density
 
 
 def advantages(scores: Float64, covariates: Float64 | None = None) -> Float64:
@@ -122,7 +123,8 @@ class DesignPolicy:
     @property
     def std(self) -> Float64:
         """Standard deviations, (n,)."""
-        return np.exp(self.log_std)
+        std: Float64 = np.exp(self.log_std)
+        return std
 
     def sample(self, noise: Float64) -> tuple[Float64, Float64]:
         """Designs (B, n) from standard normal numbers (B, n), and their log densities (B,)."""

@@ -219,7 +219,7 @@ def _sampler(optuna: Anything, method: str, seed: int) -> Anything:
     """A sampler whose random numbers belong to the trial: two machines, or a resumed search, repeat none of them."""
     _sampler_of(optuna, method, seed)  # a wrong method is an error now
 
-    class OfTrial(optuna.samplers.BaseSampler):
+    class OfTrial(optuna.samplers.BaseSampler):  # type: ignore[misc]  # imported when needed
         def before_trial(self, study: Anything, trial: Anything) -> None:
             self.own = _sampler_of(optuna, method, seed_of(seed, trial.number))
             self.own.before_trial(study, trial)

@@ -215,4 +215,5 @@ def block(tokens: Tensor, heads: int, parameters: list[Tensor]) -> Tensor:
         heads: Of the attention; D / heads must be even, and S at least 2.
         parameters: Weight and bias of each of the block's modules in their order.
     """
-    return Block.apply(tokens, heads, torch.is_grad_enabled(), *parameters)
+    after: Tensor = Block.apply(tokens, heads, torch.is_grad_enabled(), *parameters)  # type: ignore[no-untyped-call]
+    return after

@@ -124,7 +124,7 @@ class CameraEncoder(TokenTransformer):
         """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
         pictures = observations[self.pictures]
         of_patch, designs, places = token_parts(self.patch_token, observations[self.design], self.positions)
-        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
+        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)  # type: ignore[no-untyped-call]
         return (sight + designs[:, :, None] + places).flatten(1, 2)
 
 

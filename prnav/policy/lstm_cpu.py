@@ -187,4 +187,5 @@ def packed_layer(
         walk: From :func:`packed_steps`.
     """
     w_ih, w_hh, b_ih, b_hh = weights
-    return PackedLayer.apply(inputs, hidden, cell, w_ih, w_hh, b_ih + b_hh, *walk)
+    outputs: Tensor = PackedLayer.apply(inputs, hidden, cell, w_ih, w_hh, b_ih + b_hh, *walk)  # type: ignore[no-untyped-call]
+    return outputs

@@ -168,6 +168,6 @@ def attended_readout(
     of_query, of_key, of_value = taken_in.view(3, width, width).unbind(0)
     to_query, _, to_value = offset.view(3, width).unbind(0)
     split = (heads, width // heads, width)
-    means, first = TokenReadout.apply(tokens, of_query, to_query, of_key.view(split))
+    means, first = TokenReadout.apply(tokens, of_query, to_query, of_key.view(split))  # type: ignore[no-untyped-call]
     attended = torch.bmm(means.transpose(0, 1), of_value.view(split).transpose(1, 2)).transpose(0, 1)
     return attended.reshape(batch, width) + to_value, first

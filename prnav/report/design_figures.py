@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from prnav import style
 from prnav.aliases import Anything
-from prnav.evaluate.summary import BY_KEY
+from prnav.contracts.measures import BY_KEY
 from prnav.report.design_results import Correlation, Gains, Performance
 
 

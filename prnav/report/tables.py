@@ -10,9 +10,10 @@ from rich.table import Table
 
 from prnav.aliases import JSON
 from prnav.contracts import Evaluation
+from prnav.contracts.measures import BY_KEY, MEASURES
 from prnav.evaluate.compare import Difference, SeedGroup, same_episodes
 from prnav.evaluate.intervals import Interval
-from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
+from prnav.evaluate.summary import format_interval
 
 Column = TypeVar("Column")
 

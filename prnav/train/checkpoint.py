@@ -60,7 +60,8 @@ def load_checkpoint(path: Path) -> JSONObject:
                     f"checkpoint {path}: format {metadata.get('format')!r}, this version reads {FORMAT}; "
                     f"use the version of prnav that wrote it (see run.json beside it)"
                 )
-            return _fill(json.loads(metadata["tree"]), file.get_tensor)
+            tree: JSONObject = _fill(json.loads(metadata["tree"]), file.get_tensor)
+            return tree
     except (OSError, SafetensorError, ValueError, KeyError) as error:
         raise CheckpointError(f"checkpoint {path}: cannot be read ({error})") from error
 

@@ -108,7 +108,8 @@ class Workers:
         answer = self.gather({"result": result})[0]
         if "error" in answer:
             raise WorkerError(f"worker {self.rank}: worker 0 gave up: {answer['error']}")
-        return answer["result"]
+        shared: T = answer["result"]
+        return shared
 
     def check_same(self, parameters: Sequence[Tensor], step: int) -> None:
         """Assert that all workers have the same parameters, to the bit.
@@ -138,7 +139,8 @@ class Workers:
     def share_done(self) -> float:
         """Share of the workers that have collected their rollout."""
         with self._together("counting finished rollouts"):
-            return self._store.add(f"rollout-{self._rollouts}", 0) / self.size
+            done: int = self._store.add(f"rollout-{self._rollouts}", 0)
+        return done / self.size
 
     def leave(self) -> None:
         """Part from the other workers."""

@@ -325,7 +325,7 @@ class Trainer:
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
-            return checkpoint.load_latest(folder, lambda tree: tree["counters"]["step"], self.warn, workers.size)
+            return checkpoint.load_latest(folder, lambda tree: int(tree["counters"]["step"]), self.warn, workers.size)
 
         step = workers.on_first(newest)
         path = checkpoint.checkpoint_path(folder, step)
