@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.errors import PrnavError
 from prnav.version import __version__
 
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from prnav.sensors import Design, load_design
 
 
-def __getattr__(name: str) -> Anything:
+def __getattr__(name: str) -> Untyped:
     if name in _LAZY:
         value = getattr(importlib.import_module(_LAZY[name]), name)
         globals()[name] = value

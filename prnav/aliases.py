@@ -15,5 +15,5 @@ JSON: TypeAlias = Any
 JSONObject: TypeAlias = dict[str, JSON]
 """An object in JSON's types."""
 
-Anything: TypeAlias = Any
+Untyped: TypeAlias = Any
 """An object of a library without types, or one whose type is its maker's own affair."""

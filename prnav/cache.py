@@ -11,14 +11,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from prnav.aliases import Anything, Array
+from prnav.aliases import Array, Untyped
 from prnav.files import atomic_path
+from prnav.stored_arrays import BROKEN, read_arrays
 
 Arrays = dict[str, Array]
 
@@ -41,7 +41,7 @@ def hash_arrays(arrays: Mapping[str, Array]) -> str:
     return digest.hexdigest()
 
 
-def cache_key(*parts: Anything) -> str:
+def cache_key(*parts: Untyped) -> str:
     """Key from JSON-able parts (strings, numbers, dicts), as hex."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -53,9 +53,8 @@ def cached_arrays(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     """
     path = _path(kind, key)
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return read_arrays(path, limited=False)
+    except BROKEN:
         pass  # missing or broken: made anew below
     arrays = compute()
     try:

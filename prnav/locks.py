@@ -12,6 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+from prnav.errors import PrnavError
+
 
 class FolderLock:
     """A lock on a folder, taken by :meth:`acquire` or as a context manager that yields whether it is held."""
@@ -71,5 +73,21 @@ def held(folder: Path, wait: bool = False) -> Iterator[bool]:
     lock = FolderLock(folder, ".claim")
     try:
         yield lock.acquire(wait)
+    finally:
+        lock.release()
+
+
+@contextmanager
+def held_folder(folder: Path, error: type[PrnavError], message: str) -> Iterator[None]:
+    """Hold a folder against other processes until the block ends.
+
+    Raises:
+        error: another process holds it; with this message.
+    """
+    lock = FolderLock(folder)
+    if not lock.acquire():
+        raise error(message)
+    try:
+        yield
     finally:
         lock.release()

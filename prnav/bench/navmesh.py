@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.bench.table import Row, rate, row
 from prnav.episodes import generate_table
 from prnav.episodes.files import write_episode_stream
@@ -209,7 +209,7 @@ class _PortalGraphs:
     def __init__(self, navmesh: NavMesh) -> None:
         self.navmesh = navmesh
         self.graph = _links(navmesh)
-        self.networkx: Anything = networkx.Graph()
+        self.networkx: Untyped = networkx.Graph()
         self.networkx.add_nodes_from(range(len(self.graph.nodes)))
         self.networkx.add_weighted_edges_from(self.graph.links)
         i, j, w = (np.array(column) for column in zip(*self.graph.links, strict=True))

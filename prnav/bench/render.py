@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.bench.table import Row, rate, row
 from prnav.bench.views import Poses, real_scene, two_sensors, walking_poses
 from prnav.errors import RenderError
@@ -114,7 +114,7 @@ def _device_rate(renderer: Renderer, poses: Poses, grid: int, seconds: float) ->
 
 
 def _device_label(renderer: Renderer) -> str:
-    device: Anything = renderer._engine.device  # type: ignore[attr-defined]
+    device: Untyped = renderer._engine.device  # type: ignore[attr-defined]
     return str(device.name)
 
 

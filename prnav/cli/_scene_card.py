@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything, JSONObject
+from prnav.aliases import JSONObject, Untyped
 from prnav.cli._scene_views import contact_sheet, views
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def write_sheet(path: Path, size: int) -> None:
         picture.save(temporary, format="PNG", optimize=True)
 
 
-def measure_homes(names: list[str], progress: Anything = None) -> list[HomeRow]:
+def measure_homes(names: list[str], progress: Untyped = None) -> list[HomeRow]:
     """Figures of homes by id; ``progress`` wraps the ids."""
     from prnav.navmesh import load_navmesh
     from prnav.scene import load_scene

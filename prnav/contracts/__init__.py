@@ -3,7 +3,7 @@
 Domains implement what stands here; policy, train, design, evaluate and report know nothing else of them.
 """
 
-from prnav.aliases import JSON, Anything, Array, JSONObject
+from prnav.aliases import JSON, Array, JSONObject, Untyped
 from prnav.contracts.agents import Agent, Turn
 from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Info, Observations, State
 from prnav.contracts.measures import MEASURES, Measure
@@ -32,7 +32,7 @@ from prnav.contracts.tasks import (
 )
 
 __all__ = [
-    "Anything",
+    "Untyped",
     "Array",
     "Info",
     "JSON",

@@ -11,17 +11,17 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Anything, Array, JSONObject
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.contracts.records import Outcome
 from prnav.contracts.spaces import ActionSpec, ObservationSpecs
 
-Observations = dict[str, Anything]
+Observations = dict[str, Untyped]
 """Arrays (N, ...) by name: NumPy's on the host, or anything that speaks DLPack where it lies."""
 
 State = JSONObject
 """A snapshot: nested dictionaries of arrays, numbers and strings, which a checkpoint stores as they are."""
 
-Info = dict[str, Anything]
+Info = dict[str, Untyped]
 """What Gymnasium's environments tell beside observations and rewards."""
 
 StepResult = tuple[Observations, Array, NDArray[np.bool_], NDArray[np.bool_], Info]

@@ -16,7 +16,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.contracts.agents import Agent
 from prnav.contracts.envs import BatchEnv, EpisodeSlots
 from prnav.contracts.records import Evaluation, Header, Outcome, Trace
@@ -24,13 +24,13 @@ from prnav.contracts.records import Evaluation, Header, Outcome, Trace
 Progress = Callable[[int, int, str], None]
 """Called with the number of things done, of all of them, and the name of the next one."""
 
-TaskConfig: TypeAlias = Anything
+TaskConfig: TypeAlias = Untyped
 """A task's settings: a frozen dataclass of the class that its :attr:`TaskSpec.config_type` names."""
 
-World: TypeAlias = Anything
+World: TypeAlias = Untyped
 """What a task has loaded and its environments share: scenes and episodes, or compiled models."""
 
-Figure: TypeAlias = Anything
+Figure: TypeAlias = Untyped
 """A figure of matplotlib."""
 
 
@@ -150,11 +150,11 @@ class Pictures(Protocol):
 class StateProbe(Protocol):
     """How much of a task's state can be read off a design's receptors."""
 
-    def parts(self, design: Anything, theta: ArrayLike | None = None) -> dict[str, float]:
+    def parts(self, design: Untyped, theta: ArrayLike | None = None) -> dict[str, float]:
         """R^2 of each group of state variables, for a :class:`prnav.sensors.Design` or theta (K, 7) around it."""
         ...
 
-    def score(self, design: Anything, theta: ArrayLike | None = None) -> float:
+    def score(self, design: Untyped, theta: ArrayLike | None = None) -> float:
         """One number by which designs are ranked."""
         ...
 
@@ -169,7 +169,7 @@ class ProbeSpec(Protocol):
     config_type: type
     """Frozen dataclass; has ``cost_steps``, the readings that one score takes."""
 
-    def load(self, config: Anything, env: TaskConfig, progress: Progress | None = None) -> StateProbe:
+    def load(self, config: Untyped, env: TaskConfig, progress: Progress | None = None) -> StateProbe:
         """The probe of a task played as ``env`` says.
 
         Raises:

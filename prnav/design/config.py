@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from prnav import catalog
-from prnav.aliases import JSON, Anything
+from prnav.aliases import JSON, Untyped
 from prnav.checks import require_at_least
 from prnav.config import TYPE_OF, load_config
 from prnav.design.joint import JointConfig
@@ -75,7 +75,7 @@ class OptimizeConfig:
     """Specialists per design."""
     joint: JointConfig = field(default_factory=JointConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
-    proxy: Anything = field(default=None, metadata={TYPE_OF: probe_type})
+    proxy: Untyped = field(default=None, metadata={TYPE_OF: probe_type})
     """Settings of the task's state probe (:attr:`prnav.contracts.TaskSpec.probe`); its defaults where left out."""
     specialist: SpecialistConfig = field(default_factory=SpecialistConfig)
     train: TrainConfig = field(default_factory=TrainConfig)

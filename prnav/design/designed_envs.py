@@ -13,7 +13,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import JSON, Anything, JSONObject
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.contracts import BatchEnv, Designable, HasExpert, Observations, State
 from prnav.contracts.envs import StepResult
 from prnav.design.cost import CostConfig, design_cost
@@ -85,7 +85,7 @@ class DesignedVectorEnv:
         self._begin(everyone)
         return result
 
-    def step(self, actions: Anything) -> StepResult:
+    def step(self, actions: Untyped) -> StepResult:
         """One step in each agent; the rewards are the task's own."""
         result = self.envs.step(actions)
         terminated, truncated, info = np.asarray(result[2]), np.asarray(result[3]), result[4]

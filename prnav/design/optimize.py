@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from prnav.design.specialist import Judge, ResultRow, mean_of, row_of
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.locks import held
+from prnav.result_kinds import read_start
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose
 
 Say = Callable[[str, int, int, str], None]
@@ -208,8 +210,7 @@ class Optimizer:
 
 
 def _read_start(path: Path) -> StartFacts:
-    told: StartFacts = json.loads(path.read_text(encoding="utf-8"))
-    return told
+    return cast(StartFacts, read_start(path))
 
 
 def load_probe(config: OptimizeConfig, progress: Progress | None = None) -> StateProbe:

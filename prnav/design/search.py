@@ -8,7 +8,8 @@ within a box around the initial one, which is always tried first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeVar
@@ -16,7 +17,8 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything
+from prnav.aliases import JSON, Untyped
+from prnav.design.claims import TrialClaims
 from prnav.errors import ConfigError
 from prnav.sensors import AXES, Design, with_free_values
 
@@ -106,23 +108,54 @@ def search(
         sampler=_sampler(optuna, method, seed),
     )
     space = {key: optuna.distributions.FloatDistribution(-config.bound, config.bound) for key in names}
-    if not study.get_trials(deepcopy=False):
-        study.enqueue_trial(dict.fromkeys(names, 0.0))
-    while True:
-        done = _finished(optuna, study, names)
-        if len(done) >= config.trials:
-            if any(not one.values.any() for one in done):
-                return done
-            study.enqueue_trial(dict.fromkeys(names, 0.0))
-        trial = study.ask(space)
-        values = np.array([trial.params[key] for key in names])
-        value = score(with_free_values(values, design))
-        if not math.isfinite(value):
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
-            raise ConfigError(f"study {name}: design {trial.number} has the score {value}; it must be a finite number")
-        study.tell(trial, value)
-        done = _finished(optuna, study, names)
-        report(next(one for one in done if one.number == trial.number), best_of(done))
+    claims = None if "://" in str(storage) else TrialClaims(Path(f"{storage}.claims"))
+    try:
+        while True:
+            with nullcontext() if claims is None else claims.alone():
+                if not study.get_trials(deepcopy=False):
+                    study.enqueue_trial(dict.fromkeys(names, 0.0))
+                done = _finished(optuna, study, names)
+                trial = _abandoned(optuna, study, space, claims)
+                if trial is None:
+                    if len(done) >= config.trials:
+                        if any(not one.values.any() for one in done):
+                            return done
+                        study.enqueue_trial(dict.fromkeys(names, 0.0))
+                    trial = study.ask(space)
+                    if claims is not None:
+                        claims.take(trial.number)
+            values = np.array([trial.params[key] for key in names])
+            value = score(with_free_values(values, design))
+            if not math.isfinite(value):
+                study.tell(trial, state=optuna.trial.TrialState.FAIL)
+                raise ConfigError(
+                    f"study {name}: design {trial.number} has the score {value}; it must be a finite number"
+                )
+            study.tell(trial, value)
+            if claims is not None:
+                claims.let_go(trial.number)
+            done = _finished(optuna, study, names)
+            report(next(one for one in done if one.number == trial.number), best_of(done))
+    finally:
+        if claims is not None:
+            claims.close()
+
+
+def _abandoned(optuna: Untyped, study: Untyped, space: Mapping[str, JSON], claims: TrialClaims | None) -> Untyped:
+    """The first trial that was begun and that nobody is at, claimed and with its values; None where there is none.
+
+    What a trial tries is asked again by its number, and so the same: a search that was killed goes on as if it had not
+    been. Who works on the trials of a database is not known here; there they stay unfinished.
+    """
+    if claims is None:
+        return None
+    for frozen in study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.RUNNING,)):
+        if claims.take(frozen.number):
+            trial = optuna.trial.Trial(study, frozen._trial_id)
+            for key, distribution in space.items():
+                trial.suggest_float(key, distribution.low, distribution.high)
+            return trial
+    return None
 
 
 def initial_of(trials: Sequence[Trial]) -> Trial:
@@ -190,7 +223,7 @@ def random_values(design: Design, count: int, bound: float, seed: int) -> Float6
     return values
 
 
-def _optuna() -> Anything:
+def _optuna() -> Untyped:
     try:
         import optuna
     except ImportError as error:
@@ -199,7 +232,7 @@ def _optuna() -> Anything:
     return optuna
 
 
-def _storage(optuna: Anything, storage: str | Path) -> Anything:
+def _storage(optuna: Untyped, storage: str | Path) -> Untyped:
     from sqlalchemy.exc import SQLAlchemyError
 
     text = str(storage)
@@ -215,22 +248,22 @@ def _storage(optuna: Anything, storage: str | Path) -> Anything:
         ) from error
 
 
-def _sampler(optuna: Anything, method: str, seed: int) -> Anything:
+def _sampler(optuna: Untyped, method: str, seed: int) -> Untyped:
     """A sampler whose random numbers belong to the trial: two machines, or a resumed search, repeat none of them."""
     _sampler_of(optuna, method, seed)  # a wrong method is an error now
 
     class OfTrial(optuna.samplers.BaseSampler):  # type: ignore[misc]  # imported when needed
-        def before_trial(self, study: Anything, trial: Anything) -> None:
+        def before_trial(self, study: Untyped, trial: Untyped) -> None:
             self.own = _sampler_of(optuna, method, seed_of(seed, trial.number))
             self.own.before_trial(study, trial)
 
-        def infer_relative_search_space(self, study: Anything, trial: Anything) -> Anything:
+        def infer_relative_search_space(self, study: Untyped, trial: Untyped) -> Untyped:
             return self.own.infer_relative_search_space(study, trial)
 
-        def sample_relative(self, study: Anything, trial: Anything, search_space: Anything) -> Anything:
+        def sample_relative(self, study: Untyped, trial: Untyped, search_space: Untyped) -> Untyped:
             return self.own.sample_relative(study, trial, search_space)
 
-        def sample_independent(self, study: Anything, trial: Anything, name: str, distribution: Anything) -> Anything:
+        def sample_independent(self, study: Untyped, trial: Untyped, name: str, distribution: Untyped) -> Untyped:
             return self.own.sample_independent(study, trial, name, distribution)
 
     return OfTrial()
@@ -241,7 +274,7 @@ def seed_of(seed: int, number: int) -> int:
     return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
 
 
-def _sampler_of(optuna: Anything, method: str, seed: int) -> Anything:
+def _sampler_of(optuna: Untyped, method: str, seed: int) -> Untyped:
     samplers = optuna.samplers
     if method == "random":
         return samplers.RandomSampler(seed=seed)
@@ -264,7 +297,7 @@ def _need_cmaes() -> None:
         ) from error
 
 
-def _finished(optuna: Anything, study: Anything, names: list[str]) -> list[Trial]:
+def _finished(optuna: Untyped, study: Untyped, names: list[str]) -> list[Trial]:
     complete = (optuna.trial.TrialState.COMPLETE,)
     return [
         Trial(trial.number, np.array([trial.params[key] for key in names]), float(trial.value))

@@ -19,6 +19,8 @@ from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.locks import held
+from prnav.result_kinds import PLAN_KIND, read_judged
+from prnav.schema import read_json
 from prnav.sensors import load_design, save_design
 
 PLAN, RESULTS = "plan.json", "results.jsonl"
@@ -76,10 +78,10 @@ def read_plan(folder: Path) -> tuple[str, list[Job]]:
         ConfigError: there is none, or it is broken.
     """
     path = folder / PLAN
+    plan = read_json(path, PLAN_KIND, ConfigError, f"make a plan with prnav-design sweep KIND --out {folder}")
     try:
-        plan = json.loads(path.read_text(encoding="utf-8"))
         return str(plan["kind"]), [Job(**job) for job in plan["jobs"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except TypeError as error:
         raise ConfigError(
             f"{path}: is no plan ({error}); make one with prnav-design sweep KIND --out {folder}"
         ) from error
@@ -113,7 +115,7 @@ def collect(folder: Path) -> list[ResultRow]:
     kind, jobs = read_plan(folder)
     rows: list[ResultRow] = []
     for job in _done(folder, jobs):
-        told = json.loads((folder / "jobs" / job.name / "judged.json").read_text(encoding="utf-8"))
+        told = read_judged(folder / "jobs" / job.name / "judged.json")
         row = row_of(
             load_design(folder / job.design),
             told["measures"],

@@ -18,9 +18,11 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
+from prnav.aliases import JSONObject
 from prnav.errors import SceneError
+from prnav.processes import deaf_children
 from prnav.scene.datasets import LAYOUTS, data_folder, open_scene_set
 from prnav.scene.habitat_configs import DATASET_SUFFIX, OBJECT_SUFFIX, SCENE_SUFFIX, STAGE_SUFFIX
 from prnav.scene.source import SUFFIXES as MESH_SUFFIXES
@@ -59,7 +61,7 @@ class Report:
     warnings: tuple[str, ...] = ()  #: what was not found, left out, or looks wrong
     seconds: float = 0.0
 
-    def to_record(self) -> dict[str, Any]:
+    def to_record(self) -> JSONObject:
         """JSON object."""
         return asdict(self) | {"status": "good" if self.problem is None else "broken"}
 
@@ -203,7 +205,7 @@ class _Worker:
             problem = _short(problem, task.path)
         return Report(task.kind, relative, problem, notes, tuple(warnings), round(time.monotonic() - start, 3))
 
-    def _ask(self, request: bytes) -> dict[str, Any]:
+    def _ask(self, request: bytes) -> JSONObject:
         if self._process is None or self._process.poll() is not None:
             self._process = self._start()
         process = self._process
@@ -228,7 +230,7 @@ class _Worker:
         assert isinstance(answer, dict)
         return answer
 
-    def _died(self, process: subprocess.Popen[bytes]) -> dict[str, Any]:
+    def _died(self, process: subprocess.Popen[bytes]) -> JSONObject:
         status = process.wait()
         self._process = None
         name = signal.Signals(-status).name if status < 0 else f"status {status}"
@@ -237,7 +239,8 @@ class _Worker:
     def _start(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "prnav.episodes.check_worker", str(self.folder), self.data or ""]
         command.append(str(int(self.limits.memory_gb * 2**30)))
-        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        with deaf_children():
+            return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
     def close(self) -> None:
         if self._process is not None:

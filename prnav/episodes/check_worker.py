@@ -8,8 +8,9 @@ import resource
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from prnav.aliases import JSONObject
 from prnav.episodes.check import duplicate_ids
 from prnav.episodes.files import read_episode_file
 from prnav.episodes.table import EpisodeTable
@@ -17,6 +18,7 @@ from prnav.errors import EpisodeError, NavMeshError, PrnavError, SceneError
 from prnav.navmesh import NavMesh
 from prnav.navmesh.extent import extent_doubts
 from prnav.navmesh.fit import LEAST_SHARE, check_fit, floor_share
+from prnav.processes import become_worker
 from prnav.scene import SceneFile, SceneMesh, SceneSet, open_scene_set, resolve_scene
 from prnav.scene.habitat_configs import read_config
 from prnav.scene.library import parse_scene
@@ -126,7 +128,7 @@ def check_episodes(path: Path, folder: Path, scenes: SceneSet | None) -> Found:
     return Found(facts, [f"its scenes are not here: {absent[0]}{more}"])
 
 
-def answer(request: dict[str, Any], folder: Path, data: str | None, memory: int) -> dict[str, Any]:
+def answer(request: JSONObject, folder: Path, data: str | None, memory: int) -> JSONObject:
     """What a request comes to: {"problem": text or None, "notes": [...], "warnings": [...]}."""
     path, kind = Path(request["path"]), request["kind"]
     if path.exists() and not path.is_file():
@@ -173,6 +175,7 @@ def _size(scene: SceneMesh) -> str:
 
 def main(arguments: list[str]) -> None:
     """Answer requests until there are no more."""
+    become_worker()
     folder, data, memory = Path(arguments[0]), arguments[1] or None, int(arguments[2])
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

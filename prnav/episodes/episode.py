@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from prnav.aliases import JSON, Anything, JSONObject
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import EpisodeError
 from prnav.frames import quaternion_to_yaw
 
@@ -72,7 +72,7 @@ class EpisodeDataset:
         return tuple(dict.fromkeys(episode.scene_id for episode in self.episodes))
 
 
-def episode_from_record(record: Anything, source: str, index: int) -> Episode:
+def episode_from_record(record: Untyped, source: str, index: int) -> Episode:
     """Episode from one JSON object.
 
     Args:
@@ -147,7 +147,7 @@ def episode_to_record(episode: Episode) -> JSONObject:
     return _ordered(values, originals, episode.keys)
 
 
-def _goal_from_record(record: Anything, where: str, index: int) -> Goal:
+def _goal_from_record(record: Untyped, where: str, index: int) -> Goal:
     name = f"goals[{index}]"
     if not isinstance(record, Mapping):
         _refuse(where, name, record, "an object with keys position, radius")
@@ -183,27 +183,27 @@ def _intern_keys(record: Mapping[str, JSON]) -> tuple[str, ...]:
     return _KEYS.setdefault(keys, keys) if len(_KEYS) < 1000 else keys
 
 
-def _get(record: Mapping[str, JSON], key: str, where: str, prefix: str = "") -> Anything:
+def _get(record: Mapping[str, JSON], key: str, where: str, prefix: str = "") -> Untyped:
     if key not in record:
         raise EpisodeError(f"{where}: key {prefix + key!r} is missing")
     return record[key]
 
 
-def _is_number(value: Anything) -> bool:
+def _is_number(value: Untyped) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MAX_COORDINATE
 
 
-def _vector(value: Anything, size: int, where: str, key: str) -> Vector:
+def _vector(value: Untyped, size: int, where: str, key: str) -> Vector:
     if not isinstance(value, list) or len(value) != size or not all(map(_is_number, value)):
         _refuse(where, key, value, f"a list of {size} finite numbers of size at most {MAX_COORDINATE:g}")
     return tuple(value)
 
 
-def _refuse(where: str, key: str, value: Anything, valid: str) -> NoReturn:
+def _refuse(where: str, key: str, value: Untyped, valid: str) -> NoReturn:
     raise EpisodeError(f"{where}: {key!r} is {_show(value)}; it must be {valid}")
 
 
-def _show(value: Anything) -> str:
+def _show(value: Untyped) -> str:
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints

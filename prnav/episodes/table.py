@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything, Array, JSONObject
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.episodes.episode import Episode, EpisodeDataset, Goal
 from prnav.episodes.files import episode_files, read_episode_file
 from prnav.errors import EpisodeError
@@ -42,7 +42,7 @@ class EpisodeTable:
         """Scene of one row."""
         return self.scene_ids[self.scene_index[row]]
 
-    def take(self, rows: NDArray[np.integer[Anything]]) -> EpisodeTable:
+    def take(self, rows: NDArray[np.integer[Untyped]]) -> EpisodeTable:
         """The table of some rows; scenes keep their numbers."""
         columns = {name: values[rows] for name, values in self.to_arrays().items()}
         return EpisodeTable(self.scene_ids, **columns)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from prnav.contracts import Header
 from prnav.errors import PrnavError
+from prnav.schema import Anything, MapOf, Maybe, Table, Text, read_json
 
 FACTS = "run.json"
+
+KIND = Table(allowed={"data": MapOf(Anything()), "benchmark": Maybe(Text()), "prnav": Text(), "warm_start": Text()})
+"""What is held to a type; the rest is shown as it is."""
 
 
 def read_facts(run: Path, error: type[PrnavError]) -> Header:
@@ -24,8 +27,5 @@ def read_facts(run: Path, error: type[PrnavError]) -> Header:
     path = run / FACTS
     if not path.exists():
         return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as cause:
-        raise error(f"{path}: cannot be read ({cause}); restore it or delete it") from cause
-    return facts if isinstance(facts, dict) else {}
+    facts: Header = read_json(path, KIND, error, "restore it or delete it")
+    return facts

@@ -7,19 +7,17 @@ says, so that nobody waits for a fixed share to end; finished episodes come back
 from __future__ import annotations
 
 import multiprocessing
-import os
 import queue
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
 from typing import TYPE_CHECKING
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.catalog import task_spec
 from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
 from prnav.play import TraceRecorder, play
+from prnav.processes import deaf_children, end_processes, worker_process
 
 if TYPE_CHECKING:
     from prnav.evaluate.evaluation import Player, Questions
@@ -43,14 +41,15 @@ def play_in_processes(
     """
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
-    answers: Queue[Anything] = context.Queue()
+    answers: Queue[Untyped] = context.Queue()
     asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
-    processes = [context.Process(target=_work, args=arguments, daemon=True) for _ in range(workers)]
-    for process in processes:
-        process.start()
+    processes = [worker_process(context, _work, *arguments) for _ in range(workers)]
     try:
+        with deaf_children():
+            for process in processes:
+                process.start()
         left = len(todo)
         while left:
             try:
@@ -68,10 +67,7 @@ def play_in_processes(
             on_played(answer)
             left -= 1
     finally:
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.join()
+        end_processes(processes)
         answers.close()
 
 
@@ -81,12 +77,10 @@ def _work(
     todo: Sequence[int],
     seed: int,
     num_slots: int,
-    counter: Anything,
-    answers: Queue[Anything],
+    counter: Untyped,
+    answers: Queue[Untyped],
 ) -> None:
     """Play until no episode is left."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
-    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         name, config, limit = asked
         slots, agent = player.build(task_spec(name).load(config, limit=limit), num_slots)
@@ -97,15 +91,7 @@ def _work(
     answers.join_thread()
 
 
-def _end_with_parent() -> None:
-    """End this process at once when the parent is gone, however it went: nobody is left to take an answer."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _next(todo: Sequence[int], counter: Anything) -> Iterator[int]:
+def _next(todo: Sequence[int], counter: Untyped) -> Iterator[int]:
     """Episodes that no other worker has taken."""
     while True:
         with counter.get_lock():

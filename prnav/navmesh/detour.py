@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything, Array, JSONObject
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.errors import NavMeshError
 from prnav.navmesh.detour_format import (
     CONNECTION_SIZE,
@@ -45,7 +45,7 @@ HABITAT_DISABLED = 4  #: polygon flag of Habitat for polygons of no area
 class Tile:
     """One Detour tile, its sections as arrays of the file's own types."""
 
-    header: Anything
+    header: Untyped
     verts: NDArray[np.float64]
     polys: Array
     details: Array
@@ -128,7 +128,7 @@ def parse_navmesh(data: bytes, source: str) -> NavMeshFile:
     )
 
 
-def _settings(stored: Anything, tiles: list[Tile], source: str) -> NavMeshSettings:
+def _settings(stored: Untyped, tiles: list[Tile], source: str) -> NavMeshSettings:
     header = tiles[0].header
     quantisation = float(header["quantisation"])
     values: JSONObject = {
@@ -181,7 +181,7 @@ def _tile(data: bytes, where: str) -> Tile:
     if header["details"] != header["polys"]:
         raise NavMeshError(f"{where}: {int(header['details'])} detail meshes for {int(header['polys'])} polygons")
 
-    def section(name: str, kind: Anything, width: int = 1) -> Array:
+    def section(name: str, kind: Untyped, width: int = 1) -> Array:
         return np.frombuffer(data, kind, int(header[name]) * width, at[name])
 
     def points(name: str) -> NDArray[np.float64]:
@@ -309,5 +309,5 @@ def _csr(counts: list[int]) -> NDArray[np.int32]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
 
-def _rows(parts: list[Array], kind: Anything) -> Array:
+def _rows(parts: list[Array], kind: Untyped) -> Array:
     return np.concatenate([*parts, np.zeros((0, 3), kind)]).astype(kind)

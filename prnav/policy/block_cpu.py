@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.policy.attention_kernels import attention_kernels, query_tile
 from prnav.policy.block_kernels import (
     add_row,
@@ -101,7 +101,7 @@ class Block(torch.autograd.Function):
     """(tokens, heads, keep, the block's 12 parameters in the order of its modules) -> tokens (B, S, D)."""
 
     @staticmethod
-    def forward(ctx: Anything, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
+    def forward(ctx: Untyped, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
         """Tokens (B, S, D) after the block."""
         gain, shift, w_qkv, b_qkv, w_out, b_out, gain_2, shift_2, w_in, b_in, w_mlp, b_mlp = parameters
         batch, count, width = tokens.shape
@@ -144,7 +144,7 @@ class Block(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Anything, outer: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of tokens and parameters."""
         first, second, qkv, attended, inner, scales = ctx.memory.matrices
         w_qkv, w_in, *parameters = ctx.saved_tensors
@@ -196,11 +196,11 @@ class Block(torch.autograd.Function):
         return (result.view(ctx.shape), None, None, *of_attention, *of_mlp)
 
 
-def _numpy(tensor: Tensor) -> Anything:
+def _numpy(tensor: Tensor) -> Untyped:
     return tensor.detach().numpy()
 
 
-def work_space(head: int, count: int) -> list[Anything]:
+def work_space(head: int, count: int) -> list[Untyped]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
     across = query_tile(count)
     sizes = (head * across, count * across, across, across, count * across, across * head, across * head)

@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything, JSONObject
+from prnav.aliases import JSONObject, Untyped
 
-Floats = NDArray[np.floating[Anything]]
+Floats = NDArray[np.floating[Untyped]]
 
 EPSILON = 1e-5
 """Of torch's LayerNorm."""
@@ -27,7 +27,7 @@ COMPILED: JSONObject = {
 
 
 @njit(inline="always")
-def exponential(x: Anything) -> Anything:
+def exponential(x: Untyped) -> Untyped:
     """Exponential of x <= 0 by a polynomial and a power of two, relative error below 2e-7 (Cephes' expf)."""
     x = max(x, np.float32(-87.0))
     n = np.floor(x * np.float32(1.44269504088896341) + np.float32(0.5))
@@ -44,7 +44,7 @@ def exponential(x: Anything) -> Anything:
 
 
 @njit(inline="always")
-def _upper_tail(x: Anything, e: Anything) -> Anything:
+def _upper_tail(x: Untyped, e: Untyped) -> Untyped:
     """1 - Phi(|x|) of the normal distribution with e = exp(-x^2 / 2), error below 8e-8 (Abramowitz, Stegun 7.1.26)."""
     t = np.float32(1.0) / (np.float32(1.0) + np.float32(0.3275911 * 0.7071067811865476) * abs(x))
     p = np.float32(1.061405429)

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
 from prnav.policy.actions.head import orthogonal
@@ -95,14 +95,14 @@ class PatchMap(torch.autograd.Function):
     """
 
     @staticmethod
-    def forward(ctx: Anything, pictures: Tensor, weight: Tensor) -> Tensor:
+    def forward(ctx: Untyped, pictures: Tensor, weight: Tensor) -> Tensor:
         """Tokens (N, P, D) of pictures (N, H, W, 3) by a weight (D, PATCH * PATCH * 3)."""
         ctx.save_for_backward(pictures)
         return torch.cat([functional.linear(some, weight) for _, some in _batches(pictures)])
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Anything, grad: Tensor) -> tuple[None, Tensor]:
+    def backward(ctx: Untyped, grad: Tensor) -> tuple[None, Tensor]:
         """Gradient of the weight, float32 whatever the tokens are."""
         (pictures,) = ctx.saved_tensors
         total = torch.zeros(grad.shape[-1], PATCH * PATCH * pictures.shape[-1], device=grad.device)

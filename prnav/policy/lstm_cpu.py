@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 
 Floats = NDArray[np.float32]
 
@@ -103,7 +103,7 @@ class PackedLayer(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Anything,
+        ctx: Untyped,
         inputs: Tensor,
         hidden: Tensor,
         cell: Tensor,
@@ -130,7 +130,7 @@ class PackedLayer(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Anything, outer: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of inputs, initial state, weights and bias."""
         inputs, w_ih, w_hh, gates, cells, squashed, outputs, previous = ctx.saved_tensors
         outer = outer.contiguous()

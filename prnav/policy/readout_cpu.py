@@ -15,7 +15,7 @@ from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.policy.block_cpu import folded
 from prnav.policy.block_kernels import COMPILED, EPSILON, Floats, exponential, normalize
 
@@ -110,9 +110,7 @@ class TokenReadout(torch.autograd.Function):
     """(tokens, w_query (D, D), b_query, w_key (H, E, D)) -> means of the normalised tokens, and the first tokens."""
 
     @staticmethod
-    def forward(
-        ctx: Anything, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def forward(ctx: Untyped, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor) -> tuple[Tensor, Tensor]:
         """Means (B, H, D) and first tokens (B, D)."""
         batch, count, width = tokens.shape
         heads, size, _ = w_key.shape
@@ -129,7 +127,7 @@ class TokenReadout(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Anything, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
+    def backward(ctx: Untyped, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
         """Gradients of all inputs."""
         rows, first, leader, query, probe, weights, w_query, w_key = ctx.saved_tensors
         batch, heads, size = query.shape

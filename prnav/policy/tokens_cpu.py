@@ -11,7 +11,7 @@ from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.policy.block_kernels import COMPILED, Floats
 
 
@@ -73,7 +73,7 @@ class Tokens(torch.autograd.Function):
     """(readout (D), vectors (B, V, D), readings (B, K, P, 3), weight (3, D), designs (B, K, D), places (P, D))."""
 
     @staticmethod
-    def forward(ctx: Anything, *inputs: Tensor) -> Tensor:
+    def forward(ctx: Untyped, *inputs: Tensor) -> Tensor:
         """Tokens (B, S, D)."""
         readout, vectors, readings, weight, designs, places = (x.detach().contiguous() for x in inputs)
         batch, ahead, width = vectors.shape
@@ -86,7 +86,7 @@ class Tokens(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Anything, grad: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, grad: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of all but the readings."""
         (readings,) = ctx.saved_tensors
         readout, vectors, _, weight, designs, places = (grad.new_zeros(shape) for shape in ctx.shapes)

@@ -4,21 +4,25 @@ For comparison with rasterisers; ray casting is far faster here. Drawn flat (no 
 driver's own texture filtering and four samples per pixel. A sensor's picture has at least ``MIN_SIZE`` pixels per
 side, as a rasteriser takes the same time for small ones.
 
-OpenGL binds to one platform per process, when it is first imported: a process can use EGL or OSMesa, not both.
+OpenGL binds to one platform per process, when it is first imported: a process can use EGL or OSMesa, not both. Its
+contexts belong to threads, so that all drawing is done in one thread, whichever thread asks.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 import importlib.metadata
 import os
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import RenderError
 from prnav.render.engine import EngineOptions, Float32
 from prnav.render.rays import Float64, Views
@@ -49,9 +53,9 @@ class GlEngine:
         self._meshes = scenes
         self._background = options.background
         self._sphere_color = options.sphere_color
-        self._drawable: dict[int, Any] = {}
-        self._ball: Any = None
-        self._canvas: Any = None
+        self._drawable: dict[int, Untyped] = {}
+        self._ball: Untyped = None
+        self._canvas: Untyped = None
 
     def radiance(
         self,
@@ -74,23 +78,31 @@ class GlEngine:
                 raise RenderError(
                     f'engine {self.name!r} draws whole pictures; it has no {name} {value!r}, only "{only}"'
                 )
-        side = max(sampling.side, -(-MIN_SIZE // grid))
+        return _gl_thread().submit(self._radiance, scene_of_view, views, grid, sampling.side, spheres).result()
+
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
+    ) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
+        return _gl_thread().submit(self._depth, scene_of_view, views, size, spheres).result()
+
+    def _radiance(
+        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, spheres: Float64 | None
+    ) -> Float32:
+        side = max(side, -(-MIN_SIZE // grid))
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for row, colour, _ in self._draw(scene_of_view, views, grid * side, spheres):
             patches = colour.reshape(grid, side, grid, side, 3).mean(axis=(1, 3), dtype=np.float64)
             readings[row] = patches / 255.0
         return readings
 
-    def depth(
-        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
-    ) -> Float32:
-        """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
+    def _depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Float32:
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for row, _, depth in self._draw(scene_of_view, views, size, spheres):
             depths[row] = np.where(depth == 0.0, np.inf, depth)
         return depths
 
-    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Any:
+    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Untyped:
         """Per view, scene by scene: its row, colours (size, size, 3) uint8, depths (size, size), 0 on a miss."""
         flags = self._pyrender.RenderFlags.FLAT | self._pyrender.RenderFlags.SKIP_CULL_FACES
         canvas = self._canvas_of(size)
@@ -113,7 +125,7 @@ class GlEngine:
                 scene.remove_node(ball)
             yield row, colour, depth
 
-    def _canvas_of(self, size: int) -> Any:
+    def _canvas_of(self, size: int) -> Untyped:
         if self._canvas is None or self._canvas.viewport_width != size:
             if self._canvas is not None:
                 self._canvas.delete()
@@ -122,7 +134,7 @@ class GlEngine:
             self._canvas = self._pyrender.OffscreenRenderer(size, size)
         return self._canvas
 
-    def _drawable_of(self, index: int) -> tuple[Any, float]:
+    def _drawable_of(self, index: int) -> tuple[Untyped, float]:
         if index not in self._drawable:
             mesh = self._meshes[index]
             scene = self._pyrender.Scene(bg_color=[*self._background, 1.0])
@@ -131,7 +143,7 @@ class GlEngine:
             self._drawable[index] = scene, far
         return self._drawable[index]
 
-    def _ball_of(self) -> Any:
+    def _ball_of(self) -> Untyped:
         """A sphere of radius 1 in the spheres' colour, of triangles."""
         if self._ball is None:
             import trimesh
@@ -159,7 +171,13 @@ class OsmesaEngine(GlEngine):
     name = "osmesa"
 
 
-def load_pyrender(platform: str) -> Any:
+@functools.cache
+def _gl_thread() -> ThreadPoolExecutor:
+    """The thread that all drawing is done in."""
+    return ThreadPoolExecutor(1, thread_name_prefix="prnav-gl")
+
+
+def load_pyrender(platform: str) -> Untyped:
     """The pyrender module, bound to a platform.
 
     Raises:
@@ -204,7 +222,7 @@ def _pose(views: Views, row: int, tangent: float) -> Float64:
     return pose
 
 
-def _primitives(pyrender: Any, mesh: SceneMesh) -> list[Any]:
+def _primitives(pyrender: Untyped, mesh: SceneMesh) -> list[Untyped]:
     """One drawable part per texture."""
     parts = []
     for texture in np.unique(mesh.face_texture):

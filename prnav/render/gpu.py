@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import threading
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.cache import cache_dir
 from prnav.errors import RenderError
 from prnav.render.engine import EngineOptions, Float32
@@ -36,7 +38,7 @@ STAGES = 4
 """Requests whose poses may be on their way to the device at once."""
 
 
-def load_warp(device: str) -> tuple[Any, Any]:
+def load_warp(device: str) -> tuple[Untyped, Untyped]:
     """The warp module and one of its devices, "cpu", "cuda" or "cuda:N".
 
     Raises:
@@ -44,6 +46,20 @@ def load_warp(device: str) -> tuple[Any, Any]:
     """
     if importlib.util.find_spec("warp") is None:
         raise RenderError('engine "warp" needs the package warp-lang; pip install "prnav[gpu]"')
+    wp = _warp()
+    names = [d.alias for d in wp.get_devices()]
+    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
+        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
+    return wp, wp.get_device(device)
+
+
+def finds_cuda() -> bool:
+    """Whether Warp is installed and finds a GPU."""
+    return importlib.util.find_spec("warp") is not None and bool(_warp().is_cuda_available())
+
+
+def _warp() -> Untyped:
+    """The warp module, ready for use."""
     ours = "warp" not in sys.modules
     import warp as wp
 
@@ -51,10 +67,7 @@ def load_warp(device: str) -> tuple[Any, Any]:
         wp.config.log_level = wp.LOG_WARNING
         wp.config.kernel_cache_dir = str(cache_dir() / "warp")
     wp.init()
-    names = [d.alias for d in wp.get_devices()]
-    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
-        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
-    return wp, wp.get_device(device)
+    return wp
 
 
 class WarpEngine:
@@ -69,12 +82,13 @@ class WarpEngine:
         self._kernels = warp_kernels
         self._background = self._wp.vec3(*(options.background * 255.0))
         self._sphere_color = self._wp.vec3(*(options.sphere_color * 255.0))
-        self._rays: dict[Sampling, Any] = {}
+        self._rays: dict[Sampling, Untyped] = {}
         self._staging: dict[int, _Staging] = {}
+        self._lock = threading.RLock()  #: over what requests share: the staging buffers and the table of scenes
         self.residents: Residents[_DeviceScene] = Residents(scenes, self._prepare, options.memory, self._forget)
         self._scene_count = len(scenes)
         self._tabled: dict[int, _DeviceScene] = {}  #: scenes as the table on the device has them
-        self._table: Any = None
+        self._table: Untyped = None
 
     def radiance(
         self,
@@ -95,10 +109,12 @@ class WarpEngine:
         grid: int,
         sampling: Sampling,
         spheres: Float64 | None = None,
-    ) -> Any:
+    ) -> Untyped:
         """The same as a Warp array on the device, which may still be at work on it."""
         readings = self._wp.empty((len(views), grid, grid, 3), dtype=self._wp.float32, device=self.device)
-        if len(views):
+        if not len(views):
+            return readings
+        with self._lock:
             inputs = self._inputs(scene_of_view, views, spheres)
             colours = [self._rays_of(sampling), grid, sampling.side, self._background, self._sphere_color]
             self._launch(self._kernels.read_patches, len(views) * grid * grid, [*inputs, *colours, readings.flatten()])
@@ -121,16 +137,17 @@ class WarpEngine:
         depths = self._wp.empty(shape, dtype=self._wp.float32, device=self.device)
         triangles = self._wp.empty(shape, dtype=self._wp.int32, device=self.device)
         if len(views):
-            inputs = self._inputs(scene_of_view, views, spheres)
-            self._launch(
-                self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
-            )
+            with self._lock:
+                inputs = self._inputs(scene_of_view, views, spheres)
+                self._launch(
+                    self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
+                )
         return triangles.numpy(), depths.numpy()
 
-    def _launch(self, kernel: Any, threads: int, inputs: list[Any]) -> None:
+    def _launch(self, kernel: Untyped, threads: int, inputs: list[Untyped]) -> None:
         self._wp.launch(kernel, dim=threads, inputs=inputs, device=self.device)
 
-    def _inputs(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Any]:
+    def _inputs(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Untyped]:
         """The scenes' table, each view's row of it, and the views' rows, on the device."""
         held = self.residents.get(int(scene) for scene in np.unique(scene_of_view))
         if any(self._tabled.get(scene) is not item for scene, item in held.items()):
@@ -142,7 +159,7 @@ class WarpEngine:
             self._staging[len(views)] = _Staging(self._wp, self.device, len(views))
         return [self._table, *self._staging[len(views)].send(scene_of_view, views, spheres)]
 
-    def _rays_of(self, sampling: Sampling) -> Any:
+    def _rays_of(self, sampling: Sampling) -> Untyped:
         """Places and weights of a receptor's rays on the device, (rays, 3)."""
         if sampling not in self._rays:
             rays = np.concatenate([sampling.offsets, sampling.weights[:, None]], axis=1).astype(np.float32)
@@ -161,7 +178,7 @@ class WarpEngine:
 class _DeviceScene:
     """A mesh on the device: its tree, its faces' records and its texels."""
 
-    def __init__(self, wp: Any, kernels: Any, device: Any, mesh: SceneMesh) -> None:
+    def __init__(self, wp: Untyped, kernels: Untyped, device: Untyped, mesh: SceneMesh) -> None:
         surfaces = Surfaces.of(mesh)
         points = wp.array(mesh.vertices, dtype=wp.vec3, device=device)
         indices = wp.array(mesh.faces.ravel(), dtype=wp.int32, device=device)
@@ -179,7 +196,7 @@ class _DeviceScene:
 class _Staging:
     """Takes the poses of M views to the device."""
 
-    def __init__(self, wp: Any, device: Any, views: int) -> None:
+    def __init__(self, wp: Untyped, device: Untyped, views: int) -> None:
         self._wp, self._device, self._next = wp, device, 0
         # a page-locked buffer may be filled again once its copy is done; on the CPU a launch has ended by then
         self._buffers = [
@@ -191,7 +208,7 @@ class _Staging:
             for _ in range(STAGES if device.is_cuda else 1)
         ]
 
-    def send(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Any]:
+    def send(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Untyped]:
         """Scene of each view and the views' rows, on the device."""
         scenes, rows, sent = self._buffers[self._next]
         self._next = (self._next + 1) % len(self._buffers)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.render.kernels import LEVEL_BIAS
 from prnav.render.surface_record import SURFACE
 
@@ -222,7 +222,7 @@ def trace_pixels(
     depths[thread] = wp.where(hit.triangle == _MISS, wp.inf, hit.depth)
 
 
-def surface_array(records: np.ndarray[Anything, Anything], device: Anything) -> Anything:
+def surface_array(records: np.ndarray[Untyped, Untyped], device: Untyped) -> Untyped:
     """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`WarpSurface` on a device."""
     dtype = np.dtype(WarpSurface.numpy_dtype())
     assert dtype.itemsize == SURFACE.itemsize == 64  # the same bytes

@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from prnav import frames, style
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.sensors import Body, Design
 
 REACH = 0.45
@@ -46,10 +46,10 @@ def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> 
     width = blocks * (columns * cell + 0.6)
     figure = style.new_figure(5.4 + (width if shown else 0.0), max(7.0, (cell + 0.12) * shown + 1.1))
     with style.styled():
-        left: Anything = figure
-        right: Anything = None
+        left: Untyped = figure
+        right: Untyped = None
         if shown:
-            halves: Anything = figure.subfigures(1, 2, width_ratios=(5.2, width))
+            halves: Untyped = figure.subfigures(1, 2, width_ratios=(5.2, width))
             left, right = halves
         grid = left.add_gridspec(2, 1, height_ratios=(3.0, 1.25))
         body = left.add_subplot(grid[0], projection="3d")
@@ -112,7 +112,7 @@ def draw_body(axes: Axes3D, design: Design) -> None:
 def draw_plan(axes: Axes, design: Design) -> None:
     """The body from above, ahead is up, with each sensor's field of view as a wedge, and its numbers as a list."""
     vertices, faces = design.body.outline()
-    shadow: Anything = _drawn(vertices)[faces][..., :2]
+    shadow: Untyped = _drawn(vertices)[faces][..., :2]
     axes.add_collection(PolyCollection(shadow, facecolor=_BODY, edgecolor=_BODY, zorder=2))
     for index, (apex, corners, axis) in enumerate(frusta(design)):
         color = style.SERIES[index % len(style.SERIES)]
@@ -160,7 +160,7 @@ def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
 
 
-def _draw_sight(figure: Anything, design: Design, sight: Sight) -> None:
+def _draw_sight(figure: Untyped, design: Design, sight: Sight) -> None:
     blocks, lines, columns = sight_layout(design)
     grid = figure.subplots(lines, blocks * columns, squeeze=False)
     for index in range(blocks * lines):

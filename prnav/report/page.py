@@ -201,7 +201,8 @@ def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
             parts.append(f"<p>The body of design {html.escape(told['name'])} is {html.escape(told['body']['shape'])}; ")
             parts.append("<code>prnav-design show FILE</code> draws it.</p>")
             continue
-        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))
+        body = Body(**{key: told["body"][key] for key in ("radius", "height") if key in told["body"]})
+        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), body)
         parts.append(_figure(style.data_uri(draw_design(design)), f"The design {design.name} on the body."))
     return parts
 

@@ -12,7 +12,7 @@ import importlib.util
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything, Array
+from prnav.aliases import Array, Untyped
 
 LIBRARIES = {
     "KHR_draco_mesh_compression": "DracoPy",
@@ -106,7 +106,7 @@ def decode_basis(data: bytes | memoryview) -> NDArray[np.uint8]:
     return texels[::-1] if texture.y_flipped else texels
 
 
-def _open_basis(data: bytes | memoryview) -> Anything:
+def _open_basis(data: bytes | memoryview) -> Untyped:
     module = importlib.import_module("opengl_basisu")
     try:
         return module.open(bytes(data))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from prnav.aliases import Anything, Array, JSONObject
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.files import write_bytes
 from prnav.scene.mesh import SceneMesh
 
@@ -35,7 +35,7 @@ class _Buffer:
         self.data += data
         return len(self.views) - 1
 
-    def accessor(self, array: Array, component: int, kind: str, **more: Anything) -> int:
+    def accessor(self, array: Array, component: int, kind: str, **more: Untyped) -> int:
         target = _ELEMENT_BUFFER if kind == "SCALAR" else _ARRAY_BUFFER
         little = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False)
         view = self.view(little.tobytes(), target)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from prnav.aliases import JSON, Anything, JSONObject
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
 from prnav.scene.scene_file import AssetFrame, PlacedObject, SceneFile, check_placement
@@ -264,7 +264,7 @@ def _instance_navmesh(values: JSONObject, path: Path, config: DatasetConfig, sta
     return next((found for found in candidates if found is not None and found.is_file()), None)
 
 
-def _placed(item: Anything, config: DatasetConfig, origin: Anything, where: str) -> PlacedObject:
+def _placed(item: Untyped, config: DatasetConfig, origin: Untyped, where: str) -> PlacedObject:
     template = _template(config, "objects", item, where)
     uniform = item.get("uniform_scale", 1.0)
     if not isinstance(uniform, int | float) or isinstance(uniform, bool) or not abs(uniform) < 1e9:
@@ -288,7 +288,7 @@ def _placed(item: Anything, config: DatasetConfig, origin: Anything, where: str)
     return placed
 
 
-def _template(config: DatasetConfig, kind: str, entry: Anything, where: str) -> Template:
+def _template(config: DatasetConfig, kind: str, entry: Untyped, where: str) -> Template:
     name = entry.get("template_name") if isinstance(entry, dict) else None
     if not isinstance(name, str):
         raise SceneError(f"{where}: it has no 'template_name' in {kind}; copy the file again")
@@ -307,7 +307,7 @@ def _mesh(template: Template, root: Path) -> Path:
     return mesh
 
 
-def _vector(values: Mapping[str, JSON], key: str, default: Anything, where: str) -> Anything:
+def _vector(values: Mapping[str, JSON], key: str, default: Untyped, where: str) -> Untyped:
     value = values.get(key, default)
     good = isinstance(value, list | tuple) and len(value) == len(default)
     if not good or not all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e9 for x in value):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.errors import DesignError
 from prnav.render import Renderer
 from prnav.sensors.design import Design
@@ -110,7 +110,7 @@ class Photoreceptors:
 
     def read_on_device(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike | None = None
-    ) -> Anything:
+    ) -> Untyped:
         """The same left on the renderer's device; see :meth:`prnav.render.Renderer.read_on_device`.
 
         Raises:

@@ -18,7 +18,7 @@ from typing import TypeVar
 import torch
 from torch import Tensor
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.errors import ConfigError, WorkerError
 
 PATIENCE = timedelta(minutes=10)
@@ -38,7 +38,7 @@ class Workers:
         self.local_rank, self.local_size = local_rank, local_size
         """Number of this worker, and of all workers, on its machine."""
         self._rollouts = 0
-        self._store: Anything = None
+        self._store: Untyped = None
 
     @property
     def first(self) -> bool:
@@ -98,7 +98,7 @@ class Workers:
         """
         if self.size == 1:
             return work()
-        result: Anything = None
+        result: Untyped = None
         if self.first:
             try:
                 result = work()

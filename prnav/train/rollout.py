@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.utils.dlpack import from_dlpack
 
-from prnav.aliases import JSON, Anything, Array, JSONObject
+from prnav.aliases import JSON, Array, JSONObject, Untyped
 from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
 from prnav.policy import Policy
@@ -199,7 +199,7 @@ class Collector:
         self.state = {name: value.to(device) for name, value in restored.items()}
 
 
-def as_tensor(values: Anything) -> Tensor:
+def as_tensor(values: Untyped) -> Tensor:
     """A tensor over the same memory: of a NumPy array on the host, of anything that speaks DLPack where it lies."""
     if isinstance(values, np.ndarray):
         return torch.from_numpy(values)

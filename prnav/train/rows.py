@@ -1,10 +1,8 @@
-"""Rows of a run's metrics, as ``metrics.jsonl`` holds them, and the board that shows them."""
+"""Rows of a run's metrics, as ``metrics.jsonl`` holds them."""
 
 from __future__ import annotations
 
-from typing import NotRequired, Protocol, TypedDict
-
-from prnav.contracts import Array
+from typing import NotRequired, TypedDict
 
 Numbers = dict[str, float]
 """By name."""
@@ -44,25 +42,3 @@ class Share(TypedDict):
     steps: int
     ended: list[dict[str, float]]
     losses: dict[str, float]
-
-
-class Board(Protocol):
-    """What TensorBoard's writer is used for."""
-
-    def add_scalar(self, tag: str, value: float, step: int) -> None:
-        """A number of a step."""
-        ...
-
-    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
-        """A picture of a step."""
-        ...
-
-
-class NoBoard:
-    """Stands for the writer where another worker writes."""
-
-    def add_scalar(self, tag: str, value: float, step: int) -> None:
-        """Nothing."""
-
-    def add_image(self, tag: str, picture: Array, step: int, *, dataformats: str) -> None:
-        """Nothing."""

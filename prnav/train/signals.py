@@ -7,7 +7,7 @@ import sys
 import threading
 from types import FrameType, TracebackType
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 
 SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
 if sys.platform != "win32":
@@ -24,7 +24,7 @@ class StopRequest:
     def __init__(self) -> None:
         self.name: str | None = None
         """Name of the signal that asked to stop, or None."""
-        self._former: dict[int, Anything] = {}
+        self._former: dict[int, Untyped] = {}
 
     def __bool__(self) -> bool:
         return self.name is not None

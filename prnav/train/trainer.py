@@ -17,18 +17,20 @@ import torch
 
 from prnav.config import config_hash
 from prnav.contracts import JSON, BatchEnv, JSONObject, ObservationSpecs, State
-from prnav.errors import CheckpointError, PrnavError
+from prnav.errors import CheckpointError, ConfigError, PrnavError
 from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
+from prnav.train.board import Board, NoBoard
 from prnav.train.config import TrainConfig
 from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
+from prnav.train.memory import check_memory
 from prnav.train.rollout import Rollout
-from prnav.train.rows import Board, Counters, MetricsRow, NoBoard, Share
+from prnav.train.rows import Counters, MetricsRow, Share
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
@@ -76,6 +78,8 @@ class Trainer:
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
         specs = groups[0].observation_specs
+        if self.device.type == "cpu":
+            check_memory(config, specs, sum(one.num_envs for one in groups))
         self.policy = build_policy(config.policy, specs, groups[0].action_spec, config.seed).to(self.device)
         set_precision(self.policy, config)
         self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
@@ -231,11 +235,14 @@ class Trainer:
             },
         }
 
-    def log(self, row: MetricsRow, board: Board) -> None:
+    def log(self, row: MetricsRow, board: Board | NoBoard) -> None:
         """Write and report one row of metrics."""
         if not self.workers.first:
             return
-        self.folder.append_metrics(row)
+        try:
+            self.folder.append_metrics(row)
+        except OSError as error:
+            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training goes on without")
         groups = {"measures": row["measures"], "losses": row["losses"], "times": row["times"]}
         for group, values in {**groups, "validation": row.get("validation", {})}.items():
             for name, value in values.items():
@@ -244,7 +251,7 @@ class Trainer:
             self.warn(text)
         self.report(row)
 
-    def validate(self, row: MetricsRow, board: Board) -> None:
+    def validate(self, row: MetricsRow, board: Board | NoBoard) -> None:
         """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
         every = self.config.validate_steps
         if not every or self._load_validation is None or self.step - self.validated_step < every:
@@ -325,7 +332,11 @@ class Trainer:
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
-            return checkpoint.load_latest(folder, lambda tree: int(tree["counters"]["step"]), self.warn, workers.size)
+            return checkpoint.load_latest(folder, step_of, self.warn, workers.size)
+
+        def step_of(tree: State) -> int:
+            checkpoint.needed(tree, ("counters",), folder)
+            return int(tree["counters"]["step"])
 
         step = workers.on_first(newest)
         path = checkpoint.checkpoint_path(folder, step)
@@ -341,10 +352,21 @@ class Trainer:
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
     def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Go on from :meth:`state_dict`.
+
+        Raises:
+            CheckpointError: a part is missing, or is not what this run would write.
+        """
+        checkpoint.needed(state, ("policy", "learner", "collector", "counters", "seconds", "recent"), source)
         checkpoint.load_policy_weights(self.policy, state["policy"], source)
-        self.learner.load_state_dict(state["learner"])
-        self.crew.load_state_dict(state["collector"], source)
+        try:
+            self.learner.load_state_dict(state["learner"])
+            self.crew.load_state_dict(state["collector"], source)
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as error:
+            raise CheckpointError(
+                f"checkpoint {source}: a part is not what this run would write ({' '.join(str(error).split())[:200]}); "
+                f"it is damaged, or of another version: delete it to go on from the one before"
+            ) from error
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]
         self.saved_step, self.seconds = self.step, state["seconds"]
@@ -359,14 +381,11 @@ class Trainer:
         """The signal that any worker was sent, or None."""
         return next((name for name in self.workers.gather(stop) if name), None)
 
-    def _board(self) -> AbstractContextManager[Board]:
+    def _board(self) -> AbstractContextManager[Board | NoBoard]:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
             return nullcontext(NoBoard())
-        from torch.utils.tensorboard import SummaryWriter
-
-        writer: AbstractContextManager[Board] = SummaryWriter(self.folder.tensorboard, purge_step=self.step)
-        return writer
+        return Board(self.folder.tensorboard, self.step, self.warn)
 
     def _describe(self, specs: ObservationSpecs, data: Mapping[str, JSON]) -> JSONObject:
         imitation = self.config.imitation
@@ -408,7 +427,13 @@ def load_policy(
     config = folder.load_config()
 
     def use(tree: State) -> tuple[Policy, Counters]:
-        policy = build_policy(config.policy, *specs_of(tree))
+        checkpoint.needed(tree, ("policy", "counters"), folder.path)
+        try:
+            policy = build_policy(config.policy, *specs_of(tree))
+        except (ConfigError, KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+            raise CheckpointError(
+                f"run {folder.path}: its checkpoint's observations or actions are none ({' '.join(str(error).split())})"
+            ) from error
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
 

@@ -162,7 +162,7 @@ class ReachEvaluation:
         return {"task": SPEC.name, "split": config.split, "benchmark": None, "rules": rules}
 
     def places(self, world, episode):
-        return {"start": float(world[episode, 0]), "mark": float(world[episode, 1])}
+        return {"begin": float(world[episode, 0]), "mark": float(world[episode, 1])}
 
     def current_benchmark(self, benchmark):
         return benchmark

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.domains.control.engine import mujoco
 from prnav.domains.control.textures import TexturePyramids, build_textures
 from prnav.errors import RenderError
@@ -147,7 +147,7 @@ def _is_drawn(model: mujoco.MjModel, site: bool, index: int) -> bool:
     return bool(int(_field(model, row, "group")) < DRAWN_GROUPS and _rgba(model, row)[3] > 0.0)
 
 
-def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> Anything:
+def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> Untyped:
     """What a model says of a geom or site: a number, or an array of several."""
     site, index = row
     value = getattr(model.site(index) if site else model.geom(index), name)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import JSON, Anything
+from prnav.aliases import JSON, Untyped
 from prnav.contracts import Evaluation, Trace
 from prnav.contracts.records import pick_episodes
 from prnav.domains.control.facts import EPISODE_STEPS
@@ -77,7 +77,7 @@ class ControlPictures:
         """
         raise RecordError("films of control tasks are not made; reports show how returns grew")
 
-    def trace(self, world: Anything, episode: int, trace: Trace) -> NDArray[np.uint8]:
+    def trace(self, world: Untyped, episode: int, trace: Trace) -> NDArray[np.uint8]:
         """One episode's rewards as a small picture (H, W, 3)."""
         from prnav.style import new_figure, styled
 
@@ -90,7 +90,7 @@ class ControlPictures:
         return np.array(figure.canvas.buffer_rgba())[..., :3]  # type: ignore[attr-defined]
 
 
-def _draw(axes: Axes, trace: Trace, header: Mapping[str, JSON], **style: Anything) -> None:
+def _draw(axes: Axes, trace: Trace, header: Mapping[str, JSON], **style: Untyped) -> None:
     total = np.concatenate([[0.0], np.cumsum(trace["reward"])])
     axes.plot(np.arange(len(total)) * int(header.get("action_repeat", 1)), total, **style)
 

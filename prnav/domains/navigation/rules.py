@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -59,7 +59,7 @@ class TaskKind:
     """Whether action 0 is stop; without it actions begin with forward."""
     shows_goal: bool
     """Whether agents are told distance and bearing of the goal."""
-    judge: Callable[[Anything, Bools, Floats, Floats], Verdict]
+    judge: Callable[[Untyped, Bools, Floats, Floats], Verdict]
     """(rules, where agents stopped (N,), geodesic distance to the goal before and after the step (N,) [m])."""
-    spheres: Callable[[Floats, Anything], Floats] | None = None
+    spheres: Callable[[Floats, Untyped], Floats] | None = None
     """(goals (n, 3) [m], rules) -> centres and radii [m] (n, 4) of what hangs over them to be seen."""

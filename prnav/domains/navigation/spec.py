@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSONObject
 from prnav.cache import hash_arrays
 from prnav.contracts import BatchEnv, Header, Progress
 from prnav.domains.navigation.benchmark import benchmark_of
@@ -22,6 +22,7 @@ from prnav.domains.navigation.evaluation import NavigationEvaluation
 from prnav.domains.navigation.pictures import NavigationPictures
 from prnav.domains.navigation.probe import NavigationProbe
 from prnav.files import sha256_file
+from prnav.scene import scene_ids
 from prnav.scene.houses.pool import make_missing_homes
 
 
@@ -80,7 +81,7 @@ class NavigationTask:
 
     def facts(self, config: NavigationConfig, world: EpisodeSource) -> Header:
         """Hashes of a run's scenes, its episodes and their file."""
-        facts: dict[str, Any] = {
+        facts: JSONObject = {
             "benchmark": benchmark_of(config),
             "episodes": len(world),
             "episodes_sha256": hash_arrays({"starts": world.starts, "yaws": world.yaws, "goals": world.goals}),
@@ -107,7 +108,12 @@ class NavigationTask:
         return replace(config, scenes="val", episodes=None, episode_split=None, max_scenes=None)
 
     def held_out(self, config: NavigationConfig, split: str) -> NavigationConfig:
-        """Built-in homes of another split."""
+        """Built-in homes of another split.
+
+        Raises:
+            SceneError: no such split.
+        """
+        scene_ids(split)  # refuses a split that is none
         return replace(config, scenes=split, episodes=None, max_scenes=None)
 
     def blind(self, config: NavigationConfig) -> NavigationConfig:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.extending import intrinsic
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 
 
 def _borrowed(typing, array):
@@ -23,5 +23,5 @@ def _borrowed(typing, array):
     return array(array), generate
 
 
-borrowed: Anything = intrinsic(_borrowed)
+borrowed: Untyped = intrinsic(_borrowed)
 """``borrowed(array)`` is the same array, uncounted: valid only while its owner holds it."""

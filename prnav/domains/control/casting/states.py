@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from prnav.aliases import Anything
+from prnav.aliases import Untyped
 from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.facing import (
     aim_headlight,
@@ -218,4 +218,4 @@ def _digest() -> str:
     return digest.hexdigest()
 
 
-read_states: Callable[..., Anything] = _compiled(_digest())
+read_states: Callable[..., Untyped] = _compiled(_digest())

@@ -7,7 +7,7 @@ from typing import ClassVar
 import gymnasium
 import numpy as np
 
-from prnav.aliases import Anything, Array, JSONObject
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.domains.control.env.config import ControlConfig
 from prnav.domains.control.env.seeds import EpisodeSeeds
 from prnav.domains.control.env.slots import ControlSlots
@@ -33,7 +33,7 @@ class ControlEnv(gymnasium.Env):
         self,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        **settings: Anything,
+        **settings: Untyped,
     ):
         """Environment as ``config`` or single settings of :class:`ControlConfig` say.
 
@@ -64,7 +64,7 @@ class ControlEnv(gymnasium.Env):
         self.slots.begin_seeds([0], self._order.draw(np.array([0])) if chosen is None else [chosen])
         return self._observation(), self._facts()
 
-    def step(self, action: Anything) -> tuple[Observation, float, bool, bool, JSONObject]:
+    def step(self, action: Untyped) -> tuple[Observation, float, bool, bool, JSONObject]:
         """Take one action (D,): observation, reward, terminated, truncated, info."""
         ended = self.slots.advance(np.asarray(action, np.float64)[None])[0]
         info = self._facts()

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Anything, JSONObject
+from prnav.aliases import JSONObject, Untyped
 from prnav.config import from_mapping
 from prnav.contracts import BoxActions, ObservationSpec
 from prnav.domains.control.env.config import ControlConfig
@@ -47,7 +47,7 @@ class ControlVectorEnv(VectorEnv):
         num_envs: int = 1,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        **settings: Anything,
+        **settings: Untyped,
     ):
         """Environment of ``num_envs`` agents.
 
@@ -160,7 +160,7 @@ class ControlVectorEnv(VectorEnv):
         """The observations that the last reset, step or :meth:`restore` left, each (N, ...)."""
         return {name: value.copy() for name, value in self._observations.items()}
 
-    def close_extras(self, **kwargs: Anything) -> None:
+    def close_extras(self, **kwargs: Untyped) -> None:
         """Nothing is held that needs closing."""
 
     def _begin(self, agents: NDArray[np.int64], seeds: NDArray[np.int64]) -> None:
