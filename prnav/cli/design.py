@@ -15,10 +15,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from prnav.cli._common import Parser, Screen, command, natural, pixels, whole_number, workers
+from prnav.cli._helpers import Helpers
 from prnav.contracts.measures import BY_KEY
 from prnav.errors import ConfigError, DesignError
 from prnav.files import check_writable, write_text
-from prnav.processes import deaf_children
 
 if TYPE_CHECKING:
     from prnav.design.config import OptimizeConfig
@@ -215,11 +215,10 @@ def _optimize(options: argparse.Namespace) -> None:
         if options.join:
             optimizer.help()
             return
-        helpers = _helpers(options, "optimize", folder)
-        try:
+        with _helpers(options, "optimize", folder) as helpers:
             best = optimizer.run()
-        finally:
-            _end(helpers)
+        for line in helpers.told():
+            board.warn(line)
     _print_optimized(config, folder, best)
 
 
@@ -289,15 +288,13 @@ def _sweep(options: argparse.Namespace) -> None:
             _submit(options.slurm, folder)
             return
     with _Board() as board:
-        helpers = [] if options.join else _helpers(options, "sweep", folder)
-        try:
+        with _helpers(options, "sweep", folder) as helpers:
             done = sweep.work(
                 folder, lambda at, of, text: board.say("specialists", at, of, text), board.loading, board.warn
             )
-            for helper in helpers:
-                helper.wait()
-        finally:
-            _end(helpers)
+            helpers.wait()
+        for line in helpers.told():
+            board.warn(line)
     rows = sweep.collect(folder)
     _, jobs = sweep.read_plan(folder)
     print(f"specialists  {len(rows)} of {len(jobs)} done in {folder}")
@@ -352,30 +349,15 @@ def _compare(options: argparse.Namespace) -> None:
     compare(options)
 
 
-def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:
-    """The other workers of this machine: this command again, told to take part."""
-    begin = "from prnav.processes import become_worker; become_worker(); from prnav.cli.design import main; main()"
-    words = [sys.executable, "-c", begin, name]
+def _helpers(options: argparse.Namespace, name: str, folder: Path) -> Helpers:
+    """The other workers of this machine."""
+    words = [name]
     if name == "optimize":
         words += ["--config", str(folder / "config.toml")]
         words += ["--storage", options.storage] if options.storage else []
     else:
         words.append(options.kind if options.kind != "designs" else "spread")
-    with deaf_children():
-        return [
-            subprocess.Popen(
-                [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
-            for i in range(1, options.workers)
-        ]
-
-
-def _end(helpers: list[subprocess.Popen[bytes]]) -> None:
-    for helper in helpers:
-        if helper.poll() is None:
-            helper.terminate()
-    for helper in helpers:
-        helper.wait()
+    return Helpers(words, folder, 0 if options.join else options.workers - 1)
 
 
 def _submit(count: int, folder: Path) -> None:
