@@ -32,7 +32,7 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(
         prog="prnav-design",
         description="Sensor designs: the library, pictures of them, and searches for better ones.",
-        epilog="Searches and sweeps are interrupted by Ctrl-C and go on when the same command is given again.",
+        epilog="Searches and sweeps are interrupted by Ctrl-C and resume when the same command is given again.",
     )
     p.set_defaults(settings=None)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -301,7 +301,7 @@ def _sweep(options: argparse.Namespace) -> None:
     if len(rows) == len(jobs) and not options.join:
         print(f"compare  prnav-design compare {folder}")
     elif not options.join:
-        print(f"the others are in hand elsewhere; give the command again when they are through ({done} done)")
+        print(f"the others are held by other workers; give the command again when these have finished ({done} done)")
 
 
 def _configs(options: argparse.Namespace) -> dict[str, OptimizeConfig]:

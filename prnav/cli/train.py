@@ -1,4 +1,4 @@
-"""``prnav-train``: train an agent, watch it, stop and go on."""
+"""``prnav-train``: train an agent, watch it, stop and resume."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(
         prog="prnav-train",
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
-        epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
+        epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume continues from it, bit for bit.",
     )
     p.add_argument("task", choices=tuple(TASKS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
@@ -61,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--wandb", metavar="PROJECT", help="also send metrics to Weights & Biases (pip install wandb)")
     where = p.add_argument_group("run directory")
     where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
-    where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
+    where.add_argument("--resume", action="store_true", help="resume the run in that folder, if there is one")
     data = p.add_argument_group("data")
     data.add_argument("--episodes-file", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
@@ -119,7 +119,7 @@ def check_folder(folder: RunFolder, config: TrainConfig, resume: bool) -> None:
         return
     if not resume:
         raise ConfigError(
-            f"run {folder.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+            f"run {folder.path} exists already; resume it with --resume, or choose another folder with --run DIR"
         )
     folder.check_resumable(config)
 
@@ -213,7 +213,7 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
     if stopped is not None:
         return [
             f"{stopped}: saved at step {step:,} of {config.total_steps:,}",
-            f"go on with: prnav-train {config.task} --run {folder} --resume",
+            f"resume with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
     command = f"prnav-eval --run {folder} {config.spec.evaluation.hint(config.env)}"

@@ -25,7 +25,7 @@ class TrialClaims:
             self._unlock(_TABLE)
 
     def take(self, number: int) -> bool:
-        """Claim a trial; False where another process is at it."""
+        """Claim a trial; False where it is held by another worker."""
         return self._lock(number, wait=False)
 
     def let_go(self, number: int) -> None:

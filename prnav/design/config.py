@@ -39,7 +39,7 @@ def probe_type(table: Mapping[str, JSON]) -> type:
 
 @dataclass(frozen=True)
 class OptimizeConfig:
-    """A search: where it starts, how it goes on, what it is scored by, and how its result is judged."""
+    """A search: where it starts, how it searches, what it is scored by, and how its result is judged."""
 
     name: str = "design"
     seed: int = 0

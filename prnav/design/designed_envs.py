@@ -114,7 +114,7 @@ class DesignedVectorEnv:
         }
 
     def restore(self, state: State) -> None:
-        """Go on where :meth:`snapshot` was called."""
+        """Resume where :meth:`snapshot` was called."""
         self.envs.restore(state["envs"])
         self.policy.load_state_dict(state["policy"])
         for name in _STATE:

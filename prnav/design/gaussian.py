@@ -170,6 +170,6 @@ class DesignPolicy:
         return {"mean": self.mean, "log_std": self.log_std, "moments": self._moments, "steps": self._steps}
 
     def load_state_dict(self, state: Mapping[str, JSON]) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Resume from :meth:`state_dict`."""
         self.mean, self.log_std = np.array(state["mean"]), np.array(state["log_std"])
         self._moments, self._steps = np.array(state["moments"]), int(state["steps"])

@@ -40,7 +40,7 @@ class JointConfig:
     design_rollouts: int = 100
     """Collections whose episodes a design update learns from."""
     schedule: Literal["alternate", "together"] = "alternate"
-    """"alternate": the paper's, the control policy is frozen during ``design_rollouts``; "together": it goes on
+    """"alternate": the paper's, the control policy is frozen during ``design_rollouts``; "together": it keeps
     learning from them, no collection is spent on the design alone and ``control_rollouts`` has no effect."""
     score: str = "soft_spl_closest"
     """Measure of an episode that the design learns from, one of the task's. The paper takes SoftSPL by "the minimum
@@ -161,7 +161,7 @@ class JointTrainer(Trainer):
         return {**super().state_dict(), "design_history": self.history}
 
     def load_state_dict(self, state: Mapping[str, JSON], *source: str) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Resume from :meth:`state_dict`."""
         super().load_state_dict(state, *source)
         self.history = list(state["design_history"])
 

@@ -2,7 +2,7 @@
 
 A search's folder: ``config.toml``; ``start-N/`` with ``initial.toml``, ``found.toml``, the study or the joint run, and
 ``start.json`` when it is finished; ``results.jsonl`` (one line per specialist or generalist); ``design.toml``, the best
-design. Interrupted, it goes on from what is there.
+design. Interrupted, it resumes from what is there.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Optimizer:
         return best
 
     def help(self) -> None:
-        """Do what no other process on this search is doing; a study is shared by all who come to it."""
+        """Do what is not held by another worker; a study is shared by all who come to it."""
         for number in range(self.config.starts):
             self.start(number, wait=False)
         if self.config.judge:
@@ -136,7 +136,7 @@ class Optimizer:
     def start(self, number: int, wait: bool = True) -> StartFacts | None:
         """One start: its initial and its found design, their scores by the search's own measure, and the steps.
 
-        None if another process is at it and this one is not to ``wait``.
+        None if it is held by another worker and this one is not to ``wait``.
         """
         place = self.place(number)
         if self.method.shared and self.config.score == "proxy":
@@ -167,7 +167,7 @@ class Optimizer:
     def judged(self, wait: bool = True) -> list[ResultRow]:
         """Specialists at the initial and at the found design of every start that is finished.
 
-        Those that other processes are at are waited for, or left out.
+        Those held by other workers are waited for, or left out.
         """
         config = self.config
         jobs = [

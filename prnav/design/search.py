@@ -78,7 +78,7 @@ def search(
 ) -> list[Trial]:
     """Trials of a study, all there are when ``config.trials`` of them are finished.
 
-    A study goes on from what its storage holds, and other processes may work on it at the same time. What a trial tries
+    A study resumes from what its storage holds, and other processes may work on it at the same time. What a trial tries
     depends on the seed, its number and the trials finished before it, not on who asks. The initial design is always
     among the finished ones, also if the process that was to score it is gone.
 
@@ -142,9 +142,9 @@ def search(
 
 
 def _abandoned(optuna: Untyped, study: Untyped, space: Mapping[str, JSON], claims: TrialClaims | None) -> Untyped:
-    """The first trial that was begun and that nobody is at, claimed and with its values; None where there is none.
+    """The first trial that was begun and is held by no worker, claimed and with its values; None where there is none.
 
-    What a trial tries is asked again by its number, and so the same: a search that was killed goes on as if it had not
+    What a trial tries is asked again by its number, and so the same: a search that was killed resumes as if it had not
     been. Who works on the trials of a database is not known here; there they stay unfinished.
     """
     if claims is None:
@@ -175,9 +175,9 @@ def successive_halving(
     factor: int = 3,
     report: Callable[[int, C, float], None] = lambda steps, candidate, value: None,
 ) -> tuple[C, list[tuple[int, float]]]:
-    """The candidate that survives: all get ``first_steps``, the best of ``factor`` go on with ``factor`` times as many.
+    """The candidate that survives: all get ``first_steps``, the best of ``factor`` continue with ``factor`` times as many.
 
-    Jamieson and Talwalkar 2016. A candidate that goes on is trained further, not anew: ``score(candidate, steps)`` is
+    Jamieson and Talwalkar 2016. A candidate that continues is trained further, not anew: ``score(candidate, steps)`` is
     given its steps in all.
 
     Returns:
@@ -207,7 +207,7 @@ def halving_candidates(budget: int, first_steps: int, factor: int) -> int:
 
 
 def halving_cost(count: int, first_steps: int, factor: int) -> int:
-    """Steps of successive halving over ``count`` designs; those of one that goes on are counted once."""
+    """Steps of successive halving over ``count`` designs; those of one that continues are counted once."""
     total, steps, before = 0, first_steps, 0
     while True:
         total += count * (steps - before)

@@ -93,7 +93,7 @@ class Judge:
         seed: int | None = None,
         warm_for: int | None = None,
     ) -> Measures:
-        """Measures (S,) of a specialist at ``design``, trained in ``folder``; goes on where an earlier call stopped.
+        """Measures (S,) of a specialist at ``design``, trained in ``folder``; resumes where an earlier call stopped.
 
         Args:
             design: what the agent sees with.

@@ -1,7 +1,7 @@
 """Many specialists side by side: a plan in a folder, and workers that take jobs from it until none is left.
 
 A job is held by a lock on its folder, which the system lets go of when a process dies: any number of processes, on any
-machines that share the folder, can work on a plan, and a job that was cut off goes on from its last checkpoint.
+machines that share the folder, can work on a plan, and a job that was cut off resumes from its last checkpoint.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def work(
     loading: Progress | None = None,
     warn: Callable[[str], None] = lambda text: None,
 ) -> int:
-    """Take jobs until all are done or held by others; how many are done then, by whomever."""
+    """Take jobs until all are done or held by other workers; how many are done then, by whomever."""
     _, jobs = read_plan(folder)
     judges: dict[str, Judge] = {}
     for job in jobs:

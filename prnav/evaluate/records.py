@@ -3,7 +3,7 @@
 A folder holds ``evaluation.json`` (what was evaluated: agent, episodes, seed, body, version), ``records.jsonl`` (one
 row per episode, in the order of the episode list) and ``trajectories.npz`` (in the same order). While an evaluation
 runs, finished episodes are appended to ``records.jsonl`` in blocks, each after its trajectories are safe in
-``trajectories.partial/``; a killed evaluation goes on after its last whole block and ends with the same bytes.
+``trajectories.partial/``; a killed evaluation resumes after its last whole block and ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def load_evaluation(directory: str | Path) -> Evaluation:
     directory = Path(directory)
     header = _read_header(directory)
     if not header.get("finished"):
-        raise RecordError(f"{directory}: the evaluation is unfinished; run the same prnav-eval command to go on")
+        raise RecordError(f"{directory}: the evaluation is unfinished; give the same prnav-eval command to resume it")
     path = directory / RECORDS
     try:
         rows = _parse_rows(path, read_regular(path))

@@ -47,7 +47,7 @@ class Board:
             write()
         except OSError as error:  # its own thread's errors come out here as well
             self._writer = None
-            self._warn(f"{self._folder}: TensorBoard's files cannot be written ({error}); training goes on without")
+            self._warn(f"{self._folder}: TensorBoard's files cannot be written ({error}); training continues without")
 
 
 class NoBoard:

@@ -28,7 +28,7 @@ SUFFIX = ".safetensors"
 _NAME = re.compile(r"step-(\d+)\.safetensors")
 _ARRAY = "__array__"
 
-_BEFORE = "delete it to go on from the one before"
+_BEFORE = "delete it to resume from the one before"
 
 R = TypeVar("R")
 
@@ -90,7 +90,7 @@ def load_checkpoint(path: Path) -> JSONObject:
     except (OSError, SafetensorError, ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
         raise CheckpointError(f"checkpoint {path}: cannot be read ({error})") from error
     whole: JSONObject = fit(
-        tree, TREE, CheckpointError, f"checkpoint {path}", "it is damaged; delete it to go on from the one before"
+        tree, TREE, CheckpointError, f"checkpoint {path}", "it is damaged; delete it to resume from the one before"
     )
     return whole
 

@@ -42,7 +42,7 @@ class RunFolder:
         self._lock = FolderLock(path)
 
     def exists(self) -> bool:
-        """Whether a run was started here, so far that it can go on: a start without a checkpoint is begun anew."""
+        """Whether a run was started here, so far that it can be resumed: a start without a checkpoint is begun anew."""
         return self.config_path.exists() and (self.metrics_path.exists() or bool(list_checkpoints(self.checkpoints)))
 
     def load_config(self) -> TrainConfig:
@@ -64,7 +64,7 @@ class RunFolder:
         """
         if self.exists():
             raise ConfigError(
-                f"run {self.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+                f"run {self.path} exists already; resume it with --resume, or choose another folder with --run DIR"
             )
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         write_text(self.facts_path, json.dumps(facts, indent=2) + "\n")

@@ -242,7 +242,7 @@ class Trainer:
         try:
             self.folder.append_metrics(row)
         except OSError as error:
-            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training goes on without")
+            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training continues without")
         groups = {"measures": row["measures"], "losses": row["losses"], "times": row["times"]}
         for group, values in {**groups, "validation": row.get("validation", {})}.items():
             for name, value in values.items():
@@ -278,14 +278,14 @@ class Trainer:
         try:
             checkpoint.save_checkpoint(checkpoint.best_path(self.folder.checkpoints), self._policy_state())
         except CheckpointError as error:
-            self.warn(f"{error}; training goes on")
+            self.warn(f"{error}; training continues")
 
     def save_or_warn(self) -> None:
-        """:meth:`save`, or go on without where the disk lets nothing be written: the checkpoints before still stand."""
+        """:meth:`save`, or continue without where the disk lets nothing be written: the checkpoints before still stand."""
         try:
             self.save()
         except CheckpointError as error:
-            self.warn(f"{error}; training goes on, the last checkpoint is of step {self.saved_step:,}")
+            self.warn(f"{error}; training continues, the last checkpoint is of step {self.saved_step:,}")
 
     def save(self) -> None:
         """Write a checkpoint, and delete old ones.
@@ -328,7 +328,7 @@ class Trainer:
         }
 
     def _resume(self) -> None:
-        """Go on from the last checkpoint that all workers can read."""
+        """Resume from the last checkpoint that all workers can read."""
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
@@ -343,7 +343,7 @@ class Trainer:
         state = checkpoint.load_checkpoint(path)
         if state.get("workers", 1) != workers.size:
             raise CheckpointError(
-                f"checkpoint {path}: it is of {state.get('workers', 1)} worker(s), and {workers.size} would go on; "
+                f"checkpoint {path}: it is of {state.get('workers', 1)} worker(s), and {workers.size} would resume it; "
                 f"resume with torchrun --nproc-per-node {state.get('workers', 1)}"
             )
         if not workers.first:
@@ -352,7 +352,7 @@ class Trainer:
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
     def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
-        """Go on from :meth:`state_dict`.
+        """Resume from :meth:`state_dict`.
 
         Raises:
             CheckpointError: a part is missing, or is not what this run would write.
@@ -365,7 +365,7 @@ class Trainer:
         except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as error:
             raise CheckpointError(
                 f"checkpoint {source}: a part is not what this run would write ({' '.join(str(error).split())[:200]}); "
-                f"it is damaged, or of another version: delete it to go on from the one before"
+                f"it is damaged, or of another version: delete it to resume from the one before"
             ) from error
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]

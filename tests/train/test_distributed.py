@@ -83,10 +83,10 @@ def test_a_lost_worker_is_said_to_be_and_the_run_resumes_to_the_same_bits(tmp_pa
     finish(start("train", tmp_path / "unbroken", total, "1.0"))
     rows = trace(tmp_path / "broken")
     assert rows[-1]["step"] == int(total) and rows == trace(tmp_path / "unbroken")
-    # one worker cannot go on with what two have left
+    # one worker cannot resume what two have left
     processes = start("train", tmp_path / "broken", total, "1.0", size=1)
     [(_, error)] = finish(processes, 2)
-    assert "it is of 2 worker(s), and 1 would go on; resume with torchrun --nproc-per-node 2" in error
+    assert "it is of 2 worker(s), and 1 would resume it; resume with torchrun --nproc-per-node 2" in error
 
 
 @pytest.mark.slow

@@ -111,11 +111,11 @@ class Physics:
         return diverged
 
     def get_state(self) -> dict[str, Array]:
-        """Copies of the arrays that :meth:`set_state` needs to go on exactly here."""
+        """Copies of the arrays that :meth:`set_state` needs to resume exactly here."""
         return {name: value.copy() for name, value in (*self.state.items(), *self.expanded.items())}
 
     def set_state(self, state: dict[str, Array]) -> None:
-        """Go on where :meth:`get_state` was called."""
+        """Resume where :meth:`get_state` was called."""
         self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         for name, value in (*self.state.items(), *self.expanded.items()):
             value[:] = state[name]

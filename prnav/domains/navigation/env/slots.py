@@ -315,12 +315,12 @@ class NavigationSlots:
         return values
 
     def snapshot(self) -> dict[str, Array]:
-        """Copies of all arrays that :meth:`restore` needs to go on exactly here."""
+        """Copies of all arrays that :meth:`restore` needs to resume exactly here."""
         state = {name: getattr(self, name).copy() for name in _STATE}
         return {**state, **{f"sim_{name}": value for name, value in self.simulator.snapshot().items()}}
 
     def restore(self, state: dict[str, Array]) -> None:
-        """Go on where :meth:`snapshot` was called; the source must be the same.
+        """Resume where :meth:`snapshot` was called; the source must be the same.
 
         Raises:
             EnvError: an episode or a scene is not there, or a pose is not finite.

@@ -162,7 +162,7 @@ class NavigationVectorEnv(VectorEnv):
             self._next_theta[int(agent)] = values[row].copy()
 
     def snapshot(self) -> dict[str, Array]:
-        """All arrays that :meth:`restore` needs to go on exactly here."""
+        """All arrays that :meth:`restore` needs to resume exactly here."""
         state = {**self.slots.snapshot(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
         waiting = sorted(self._next_theta)
         state["next_theta_agents"] = np.array(waiting, np.int64)
@@ -171,7 +171,7 @@ class NavigationVectorEnv(VectorEnv):
         return {name: value.copy() for name, value in state.items()}
 
     def restore(self, state: dict[str, Array]) -> None:
-        """Go on where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
+        """Resume where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
         self.slots.restore(state)
         self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
         self.order.drawn[:] = state["order_drawn"]
