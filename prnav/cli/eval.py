@@ -56,8 +56,8 @@ def parser() -> argparse.ArgumentParser:
         prog="prnav-eval",
         description="Evaluate agents on episodes, each played once, and report means with 95 % bootstrap intervals.",
         epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation "
-        "resumes when the same command is given again. Several agents on the same episodes are compared with the first, "
-        "paired by episode.",
+        "resumes when the same command is given again. Several agents on the same episodes are compared with the "
+        "first, paired by episode.",
     )
     who = p.add_argument_group("agents (one at least, each repeatable)")
     who.add_argument(

@@ -175,7 +175,7 @@ def successive_halving(
     factor: int = 3,
     report: Callable[[int, C, float], None] = lambda steps, candidate, value: None,
 ) -> tuple[C, list[tuple[int, float]]]:
-    """The candidate that survives: all get ``first_steps``, the best of ``factor`` continue with ``factor`` times as many.
+    """The candidate that survives: all get ``first_steps``, the best of ``factor`` get ``factor`` times as many.
 
     Jamieson and Talwalkar 2016. A candidate that continues is trained further, not anew: ``score(candidate, steps)`` is
     given its steps in all.

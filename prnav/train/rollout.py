@@ -1,4 +1,4 @@
-"""Rollouts: storage that is allocated once, and the collector that fills it.
+"""The rollout buffer, which is allocated once, and the collector that fills it.
 
 Letters in shapes: T steps, N environments, W uniform numbers that sampling an action takes. An action's own axes are
 written "...": none for discrete actions, (D,) for vectors.

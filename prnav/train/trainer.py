@@ -281,7 +281,7 @@ class Trainer:
             self.warn(f"{error}; training continues")
 
     def save_or_warn(self) -> None:
-        """:meth:`save`, or continue without where the disk lets nothing be written: the checkpoints before still stand."""
+        """:meth:`save`, or warn where the disk takes nothing: the checkpoints before still stand."""
         try:
             self.save()
         except CheckpointError as error:
