@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
@@ -17,3 +18,6 @@ JSONObject: TypeAlias = dict[str, JSON]
 
 Untyped: TypeAlias = Any
 """An object of a library without types, or one whose type is its maker's own affair."""
+
+Progress: TypeAlias = Callable[[int, int, str], None]
+"""Called with the number of things done, of all of them, and the name of the next one."""

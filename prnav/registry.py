@@ -9,11 +9,11 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
-Table = Mapping[str, str]
+Registry = Mapping[str, str]
 """Name -> "module:attribute"."""
 
 
-def require_known(name: str, table: Table, field: str) -> None:
+def require_known(name: str, table: Registry, field: str) -> None:
     """Hold a config's field to the names of a table.
 
     Raises:
@@ -23,7 +23,7 @@ def require_known(name: str, table: Table, field: str) -> None:
         raise ValueError(f"{field} is {name!r}; valid: {', '.join(map(repr, table))}")
 
 
-def resolve(table: Table, name: str) -> Any:
+def resolve(table: Registry, name: str) -> Any:
     """What stands under a name of the table."""
     module, _, attribute = table[name].partition(":")
     return vars(importlib.import_module(module))[attribute]

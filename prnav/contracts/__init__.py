@@ -3,7 +3,7 @@
 Domains implement what stands here; policy, train, design, evaluate and report know nothing else of them.
 """
 
-from prnav.aliases import JSON, Array, JSONObject, Untyped
+from prnav.aliases import JSON, Array, JSONObject, Progress, Untyped
 from prnav.contracts.agents import Agent, Turn
 from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Info, Observations, State
 from prnav.contracts.measures import MEASURES, Measure
@@ -24,7 +24,6 @@ from prnav.contracts.tasks import (
     EvaluationSpec,
     Pictures,
     ProbeSpec,
-    Progress,
     StateProbe,
     TaskConfig,
     TaskSpec,

@@ -8,7 +8,7 @@ Letters in shapes: N slots or environments, K sensors, T steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeAlias
@@ -16,13 +16,10 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Untyped
+from prnav.aliases import Progress, Untyped
 from prnav.contracts.agents import Agent
 from prnav.contracts.envs import BatchEnv, EpisodeSlots
 from prnav.contracts.records import Evaluation, Header, Outcome, Trace
-
-Progress = Callable[[int, int, str], None]
-"""Called with the number of things done, of all of them, and the name of the next one."""
 
 TaskConfig: TypeAlias = Untyped
 """A task's settings: a frozen dataclass of the class that its :attr:`TaskSpec.config_type` names."""

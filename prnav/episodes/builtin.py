@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from prnav.aliases import JSON, JSONObject
+from prnav.aliases import JSON, JSONObject, Progress
 from prnav.cache import cache_key, cached_arrays
 from prnav.episodes.episode import EpisodeDataset
 from prnav.episodes.generate import GENERATOR_VERSION, GenerationConfig, generate_table
@@ -23,9 +23,6 @@ BUILTIN_NAME = "prhouses-v1"
 BUILTIN_SEED = 20240
 SHIPPED_PER_SCENE = 56  #: as in Matterport3D's test split, 18 x 56 = 1,008 episodes
 SHIPPED_SPLITS = ("val", "test")
-
-Progress = Callable[[int, int, str], object]
-"""Called with scenes done, scenes in all, and the name of the one at work."""
 
 
 def load_builtin_episodes(

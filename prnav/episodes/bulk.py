@@ -33,7 +33,7 @@ from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
 from prnav.scene.library import is_built_in
 
-Progress = Callable[[str, int], object]
+SceneProgress = Callable[[str, int], object]
 """Called with a scene's id and how many more of its episodes are there."""
 
 
@@ -63,7 +63,7 @@ def generate_files(
     path: Path,
     config: BulkConfig,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: SceneProgress | None = None,
 ) -> Written:
     """Write a data set of several scenes in Habitat's ``content/`` layout; scenes that are there already are kept.
 
@@ -88,7 +88,7 @@ def _generate_files(
     path: Path,
     config: BulkConfig,
     workers: int | None,
-    progress: Progress | None,
+    progress: SceneProgress | None,
 ) -> Written:
     content = path.parent / "content"
     alone = len(sources) == 1

@@ -17,7 +17,7 @@ from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.policy.actions import ActionDistribution, action_head
 from prnav.policy.actions.head import small_network
 from prnav.policy.config import ENCODERS, MEMORIES, PolicyConfig
-from prnav.policy.memory import Cutter, Inputs, Memory, State
+from prnav.policy.memory import Cutter, Inputs, Memory, MemoryState
 from prnav.policy.observed import Observations
 from prnav.registry import resolve
 
@@ -32,7 +32,7 @@ class PolicyStep(NamedTuple):
     """Of the actions, N of them."""
     values: Tensor
     """Expected discounted return from here on, (N,)."""
-    state: State
+    state: MemoryState
     """The memory's state after this step."""
 
 
@@ -64,7 +64,7 @@ class Policy(nn.Module):
         """Where the weights lie."""
         return next(self.parameters()).device
 
-    def initial_state(self, environments: int) -> State:
+    def initial_state(self, environments: int) -> MemoryState:
         """The memory's state of N environments before the first step."""
         return self.core.initial_state(environments)
 
@@ -72,7 +72,9 @@ class Policy(nn.Module):
         """Stands for the previous actions (N, ...) before the first step."""
         return self.head.none_yet(environments, device=self.device)
 
-    def step(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State) -> PolicyStep:
+    def step(
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState
+    ) -> PolicyStep:
         """One step of N environments.
 
         Args:
@@ -86,7 +88,7 @@ class Policy(nn.Module):
         return PolicyStep(self.head.distribution(self.actor(outputs)), self.critic(outputs)[:, 0], after)
 
     def evaluate(
-        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State, plan: object
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState, plan: object
     ) -> tuple[ActionDistribution, Tensor]:
         """Distributions and values (M,) of the targets of a cut (:class:`prnav.policy.memory.Cut`).
 
@@ -106,7 +108,7 @@ class Policy(nn.Module):
         return self.core.cutter(starts.cpu().numpy(), self.device)
 
     def sequence(
-        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState
     ) -> tuple[ActionDistribution, Tensor]:
         """A whole rollout at once; equals :meth:`step` done T times.
 

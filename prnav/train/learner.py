@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from prnav.aliases import JSON, JSONObject
-from prnav.policy import ActionDistribution, Cutter, Policy, State
+from prnav.policy import ActionDistribution, Cutter, MemoryState, Policy
 from prnav.train.distributed import Workers
 from prnav.train.machine import one_core_threads
 from prnav.train.ppo import Losses
@@ -38,7 +38,7 @@ class BatchPart:
     """Of the frames, (U, ...)."""
     starts: Tensor
     """Of the frames, (U,)."""
-    state: State
+    state: MemoryState
     """The memory's before the rollout, of the environments that need it."""
     plan: object
     """The memory's, from frames to targets."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from prnav.policy.memory.lstm import LSTMMemory, Segments, segment
-from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, Rows, State
+from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, MemoryState, Rows
 from prnav.policy.memory.none import NoMemory
 from prnav.policy.memory.stack import StackMemory, Windows
 
@@ -17,7 +17,7 @@ __all__ = [
     "Rows",
     "Segments",
     "StackMemory",
-    "State",
+    "MemoryState",
     "Windows",
     "segment",
 ]

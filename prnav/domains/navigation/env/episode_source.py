@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.aliases import JSONObject, Untyped
+from prnav.aliases import JSONObject, Progress, Untyped
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.episodes import (
@@ -26,7 +26,6 @@ from prnav.navmesh import NavMeshSettings
 from prnav.scene import scene_ids, ten_training_homes
 from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
-from prnav.sim.world import Progress
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.aliases import Array, JSONObject, Untyped
+from prnav.aliases import Array, JSONObject, Progress, Untyped
 from prnav.arguments import indices, whole
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
@@ -22,7 +22,6 @@ from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, RenderScreen,
 from prnav.domains.navigation.env.slots import NavigationSlots, Observations
 from prnav.domains.navigation.env.spaces import observation_space
 from prnav.errors import ConfigError, DesignError, EnvError
-from prnav.sim.world import Progress
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.single_env import NavigationEnv
