@@ -1,4 +1,4 @@
-"""Work that several processes share: a folder is held by a lock, which the system lets go of when its holder dies."""
+"""Trials of a study that several processes work on: each is held by a lock, which goes with its process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class TrialClaims:
             self._unlock(_TABLE)
 
     def take(self, number: int) -> bool:
-        """Claim a trial; False where another process is at it."""
+        """Claim a trial; False where it is held by another worker."""
         return self._lock(number, wait=False)
 
     def let_go(self, number: int) -> None:
@@ -55,26 +55,3 @@ class TrialClaims:
 
 
 _TABLE = 1 << 40  #: byte that is locked while trials are taken
-
-
-@contextmanager
-def held(place: Path, wait: bool = False) -> Iterator[bool]:
-    """Whether this process holds the folder, until the block ends.
-
-    Args:
-        place: the folder; made where it is missing.
-        wait: wait for another process to let go of it, and hold it then.
-    """
-    place.mkdir(parents=True, exist_ok=True)
-    with open(place / ".claim", "w") as lock:
-        if sys.platform == "win32":  # no advisory locks: one process at a time
-            yield True
-            return
-        import fcntl
-
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            yield False
-            return
-        yield True
