@@ -43,8 +43,8 @@ def check_fit(navmesh: NavMesh, scene: SceneMesh, name: str) -> None:
         low, high = navmesh.bounds.round(1).tolist(), scene.bounds.astype(np.float64).round(1).tolist()
         raise NavMeshError(
             f"navmesh {name}: scene {scene.name} has a floor under {100.0 * share:.0f} % of it alone (a right pair: "
-            f"nearly all); it is from {low[0]} to {low[1]}, the scene from {high[0]} to {high[1]}: they belong to different "
-            "scenes, or the up axis is wrong (--up, or the data set's configs)"
+            f"nearly all); it is from {low[0]} to {low[1]}, the scene from {high[0]} to {high[1]}: they belong to "
+            "different scenes, or the up axis is wrong (--up, or the data set's configs)"
         )
 
 
