@@ -35,7 +35,7 @@ def flat(observations) -> torch.Tensor:
 
 
 def main(steps: int = 8192, num_envs: int = 8, rollout: int = 32, seed: int = 0, **settings) -> list[float]:
-    """Train for so many steps; the mean loss of each update. ``settings`` are those of ``EnvConfig``."""
+    """Train for so many steps; the mean loss of each update. ``settings`` are those of ``PointGoalEnvConfig``."""
     torch.manual_seed(seed)
     settings = {"scenes": "val", "max_scenes": 2, "rays_per_receptor": 1, **settings}
     envs = gymnasium.make_vec(

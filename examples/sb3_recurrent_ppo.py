@@ -5,7 +5,8 @@ import argparse
 import gymnasium
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.domains.navigation.env import EnvConfig, load_source
+from prnav.domains.navigation.env import load_source
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 
 
 def main(steps: int = 2048, num_envs: int = 4, rollout: int = 64):
@@ -14,7 +15,7 @@ def main(steps: int = 2048, num_envs: int = 4, rollout: int = 64):
     from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    config = EnvConfig(scenes="val", max_scenes=2, rays_per_receptor=1)
+    config = PointGoalEnvConfig(scenes="val", max_scenes=2, rays_per_receptor=1)
     source = load_source(config)  # homes are loaded once and shared
     envs = DummyVecEnv(
         [lambda: Monitor(gymnasium.make("prnav/PointGoalNav-v0", config=config, source=source))] * num_envs

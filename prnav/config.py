@@ -1,9 +1,10 @@
 """Configuration: strict TOML in, frozen dataclasses out, and back.
 
 A config class is a frozen dataclass whose fields are ``bool``, ``int``, ``float``, ``str``, ``Literal[...]``,
-``tuple[T, ...]``, ``T | None`` or another such dataclass (a TOML table). A file names every value it wants to
-change; what it does not name has the class's default. Unknown keys, wrong types and values that a class's
-``__post_init__`` refuses (it raises ``ValueError``) are errors that name the file and the key.
+``tuple[T, ...]``, ``T | None`` or another such dataclass (a TOML table, whose class may depend on the values beside
+it: :data:`TYPE_OF`). A file names every value it wants to change; what it does not name has the class's default.
+Unknown keys, wrong types and values that a class's ``__post_init__`` refuses (it raises ``ValueError``) are errors
+that name the file and the key.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from typing import Any, Literal, TypeVar
 from prnav.errors import ConfigError
 
 C = TypeVar("C")
+
+TYPE_OF = "type_of"
+"""Key of a field's metadata: a function that finds the field's class in the table that the field stands in."""
 
 
 def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -> C:
@@ -72,6 +76,9 @@ def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: s
             near = difflib.get_close_matches(key, names, n=1)
             remedy = f"did you mean {prefix}{near[0]!s}?" if near else f"valid here: {', '.join(names)}"
             raise ConfigError(f"config {source}: unknown key {prefix + key!r}; {remedy}")
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if TYPE_OF in field.metadata and field.name in values:
+            hints[field.name] = field.metadata[TYPE_OF](values)
     arguments = {key: _convert(value, hints[key], source, prefix + key) for key, value in values.items()}
     try:
         return cls(**arguments)

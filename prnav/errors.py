@@ -39,6 +39,10 @@ class DesignError(PrnavError):
     """A sensor design is not finite, out of range, or has the wrong number of sensors."""
 
 
+class ControlError(PrnavError):
+    """A control task is unknown, its physics engine is missing or too old, or a state does not fit its body."""
+
+
 class CheckpointError(PrnavError):
     """A checkpoint is missing, broken, or belongs to another configuration."""
 

@@ -72,7 +72,7 @@ def run_workers(size: int, updates: int) -> float:
 
 def work(folder: Path, updates: int) -> float:
     """Steps per second of all workers, as one of them; the first update compiles and does not count."""
-    from prnav.domains.navigation.env import PointGoalNavVectorEnv
+    from prnav.domains.navigation.pointgoal import PointGoalNavVectorEnv
     from prnav.train import RunFolder, Trainer, join_workers, load_train_config
 
     config = load_train_config("quickstart", ("env.max_scenes=12", "imitation.expert_end=1.0", "threads=1", "groups=1"))

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from prnav.domains.navigation.env import EnvConfig, EpisodeSource, PointGoalNavVectorEnv, load_source
+from prnav.domains.navigation.env import EpisodeSource, load_source
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig, PointGoalNavVectorEnv
 from prnav.episodes import generate_table
 from prnav.navmesh import load_navmesh
 from prnav.navmesh.cover import indoor_floors
@@ -32,11 +33,11 @@ def measure_sim(seconds: float = 2.0, scenes: int = 8, scene: SceneMesh | None =
         scenes: how many homes of the val split the agents are spread over.
         scene: a scene that all agents are in instead; episodes are drawn in it.
     """
-    config = EnvConfig(scenes="val", max_scenes=scenes)
+    config = PointGoalEnvConfig(scenes="val", max_scenes=scenes)
     source = load_source(config) if scene is None else _source_of(scene)
     rows = [
         _row("env_step_photoreceptors", _steps(config, source, seconds), "steps/s"),
-        _row("env_step_blind", _steps(EnvConfig(scenes="val", vision=False), source, seconds), "steps/s"),
+        _row("env_step_blind", _steps(PointGoalEnvConfig(scenes="val", vision=False), source, seconds), "steps/s"),
         _row("expert_actions", _labels(source, seconds), "labels/s"),
         _row("generate_episodes", _episodes(source, seconds), "episodes/s"),
     ]
@@ -71,7 +72,7 @@ def _rate(work: Callable[[], int], seconds: float) -> float:
     return done / (time.process_time() - start)
 
 
-def _steps(config: EnvConfig, source: EpisodeSource, seconds: float) -> float:
+def _steps(config: PointGoalEnvConfig, source: EpisodeSource, seconds: float) -> float:
     env = PointGoalNavVectorEnv(AGENTS, config, source)
     env.reset(seed=0)
     generator = np.random.Generator(np.random.PCG64(0))
@@ -85,7 +86,7 @@ def _steps(config: EnvConfig, source: EpisodeSource, seconds: float) -> float:
 
 
 def _labels(source: EpisodeSource, seconds: float) -> float:
-    env = PointGoalNavVectorEnv(AGENTS, EnvConfig(scenes="val", vision=False), source)
+    env = PointGoalNavVectorEnv(AGENTS, PointGoalEnvConfig(scenes="val", vision=False), source)
     env.reset(seed=0)
     spent, labels = 0.0, 0
     env.step(env.expert_actions())

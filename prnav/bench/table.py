@@ -26,6 +26,7 @@ BENCHMARKS: dict[str, tuple[str, str]] = {
     "accuracy": ("prnav.bench.accuracy", "error of readings against rays per receptor"),
     "scaling": ("prnav.bench.scaling", "rendering speed against triangles and agents"),
     "sim": ("prnav.bench.sim", "environment steps per second"),
+    "control": ("prnav.bench.control", "physics, readings and environment steps of the control tasks"),
     "train": (
         "prnav.bench.train",
         "the paper's transformer beside plain torch, the quick-start end to end, two workers beside one",

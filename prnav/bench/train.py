@@ -13,14 +13,21 @@ from torch import Tensor, nn
 
 from prnav.bench.ranks import measure_ranks
 from prnav.bench.table import Row, device_name, rates_by_turns, row
-from prnav.domains.navigation.env import PointGoalNavVectorEnv
-from prnav.policy import PolicyConfig, RecurrentPolicy, build_policy, sample_actions
+from prnav.contracts import DiscreteActions, ObservationSpec
+from prnav.domains.navigation.pointgoal import PointGoalNavVectorEnv
+from prnav.policy import Categorical, Policy, PolicyConfig, build_policy
 from prnav.resources import available_cores
 from prnav.train import PPOConfig, RunFolder, Trainer, group_sizes, load_train_config, ppo
 from prnav.train.learner import Learner
 from prnav.train.rollout import Rollout
 
-SHAPES = {"photoreceptors": (2, 16, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
+SPECS = {
+    "photoreceptors": ObservationSpec((2, 16, 3), "receptors"),
+    "design": ObservationSpec((2, 7), "design"),
+    "gps": ObservationSpec((2,), "vector"),
+    "compass": ObservationSpec((1,), "vector"),
+    "pointgoal": ObservationSpec((2,), "vector"),
+}
 ACTIONS = 4
 CONFIG = PolicyConfig(encoder="transformer", width=64, lstm_hidden=128)
 STEPS, ENVIRONMENTS = 64, 16
@@ -44,7 +51,7 @@ def measure_train(seconds: float = 10.0) -> list[Row]:
     return rows + quick_start(seconds) + measure_ranks(seconds)
 
 
-def made_up_rollout(policy: RecurrentPolicy) -> Rollout:
+def made_up_rollout(policy: Policy) -> Rollout:
     """Random observations, actions and advantages in episodes of random lengths."""
     generator = torch.Generator().manual_seed(0)
     rollout = Rollout(STEPS, ENVIRONMENTS, policy)
@@ -61,7 +68,7 @@ def made_up_rollout(policy: RecurrentPolicy) -> Rollout:
 
 def our_update() -> Callable[[], int]:
     """Acting through a rollout and learning from it as the trainer does, without a simulator."""
-    policy = build_policy(CONFIG, SHAPES, ACTIONS)
+    policy = build_policy(CONFIG, SPECS, DiscreteActions(ACTIONS))
     rollout = made_up_rollout(policy)
     learner = Learner(policy, 0, 1, 1e-5)
     config = PPOConfig()
@@ -73,7 +80,7 @@ def our_update() -> Callable[[], int]:
                 seen = {key: value[t] for key, value in rollout.observations.items()}
                 output = policy.step(seen, rollout["actions"][t], rollout["starts"][t], state)
                 state = output.state
-                sample_actions(output.logits, None)
+                output.distribution.mode()
         learner.update(rollout, partial(ppo.ppo_loss, config=config), config.epochs, 1, config.learning_rate, 0.5)
         return STEPS * ENVIRONMENTS
 
@@ -86,7 +93,7 @@ class PlainPolicy(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         width, hidden = CONFIG.width, CONFIG.lstm_hidden
-        _, receptors, _ = SHAPES["photoreceptors"]
+        _, receptors, _ = SPECS["photoreceptors"].shape
         self.positions = nn.Parameter(0.02 * torch.randn(receptors, CONFIG.position_width))
         self.readout = nn.Parameter(0.02 * torch.randn(width))
         self.receptor = nn.Linear(3 + 7 + CONFIG.position_width, width)
@@ -125,7 +132,7 @@ class PlainPolicy(nn.Module):
 
 def plain_update() -> Callable[[], int]:
     """The same work as :func:`our_update` in plain torch."""
-    rollout = made_up_rollout(build_policy(CONFIG, SHAPES, ACTIONS))
+    rollout = made_up_rollout(build_policy(CONFIG, SPECS, DiscreteActions(ACTIONS)))
     policy = PlainPolicy()
     optimizer = torch.optim.Adam(policy.parameters(), lr=2.5e-4, eps=1e-5)
     config = PPOConfig()
@@ -140,7 +147,7 @@ def plain_update() -> Callable[[], int]:
                 logits.argmax(dim=-1)
         for _ in range(config.epochs):
             logits, values, _ = policy(rollout.observations, rollout["starts"], (zeros, zeros))
-            loss, _ = ppo.ppo_loss(logits, values, rollout.arrays, config)
+            loss, _ = ppo.ppo_loss(Categorical(logits), values, rollout.arrays, config)
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(policy.parameters(), config.max_grad_norm)

@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from prnav.errors import ConfigError, PrnavError, SceneNote
-from prnav.resources import available_cores
 
 Main = Callable[[Sequence[str] | None], int | None]
 
@@ -55,21 +54,6 @@ def check_data_options(options: argparse.Namespace) -> None:
         raise ConfigError(
             "--navmesh-from chooses among the files of a data set: give --data NAME and --data-root DIR too"
         )
-
-
-def make_homes_first(scene_ids: Sequence[str], progress: Callable[[int, int, str], object]) -> None:
-    """Make the built-in homes that are wanted and not in the cache, on all cores.
-
-    Args:
-        scene_ids: Scenes that are about to be loaded.
-        progress: Called with how many are done, of how many, and the name of the last one.
-    """
-    from prnav.scene.houses.pool import make_homes
-    from prnav.scene.library import missing_homes
-
-    missing = missing_homes(scene_ids)
-    for done, (name, _) in enumerate(make_homes(missing, available_cores()), start=1):
-        progress(done, len(missing), name)
 
 
 def positive(text: str) -> int:

@@ -1,65 +1,29 @@
-"""Watching a training run: validation homes, pictures for TensorBoard, Weights & Biases."""
+"""Watching a training run: validation episodes, Weights & Biases."""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from gymnasium.vector import VectorEnv
-from numpy.typing import NDArray
 
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
     from prnav.train import TrainConfig
+    from prnav.train.validation import Validation
 
 Show = Callable[[dict[str, Any]], None]
 
 
-def validation_environments(config: TrainConfig) -> VectorEnv:
-    """One environment for each of the first episodes of the val split, dealt evenly over its homes.
+def load_validation(config: TrainConfig) -> Validation:
+    """The first episodes of what a run is validated on, dealt evenly over their scenes."""
+    from prnav.train.validation import Validation
 
-    Episodes of the user's own come from their val split where they are a folder, else the built-in ones are played.
-    """
-    from prnav.domains.navigation.env import NavigationVectorEnv, load_source
-
-    own = config.env.episodes is not None and config.env.episode_split is not None
-    settings = (
-        replace(config.env, episode_split="val")
-        if own
-        else replace(config.env, scenes="val", episodes=None, episode_split=None, max_scenes=None)
-    )
-    source = load_source(settings, limit=config.validation_episodes)
-    return NavigationVectorEnv(len(source), settings, source)
-
-
-def draw_validation(envs: VectorEnv, path: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """The first agent's path (steps + 1, 3) [m] on its home's floor, as a picture (H, W, 3)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from prnav.domains.navigation.maps import floor_of, make_maps
-    from prnav.domains.navigation.pictures.topdown import draw_floor, draw_trajectory
-    from prnav.evaluate.evaluator import Trajectory
-
-    source = envs.slots.source  # type: ignore[attr-defined]
-    scene, (start, goal) = source.scene_index[0], (source.starts[0], source.goals[0])
-    name = source.world.scene_ids[scene]
-    maps = make_maps([(name, source.world.navmeshes[scene], [start[1], goal[1]])])
-    floor = floor_of(maps, name, start[1])
-    assert floor is not None
-    steps = len(path) - 1
-    trajectory = Trajectory(path, np.zeros(len(path)), np.zeros(steps, np.int8), np.zeros(steps, np.bool_))
-    figure = Figure(figsize=(5, 5), dpi=80)
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    draw_floor(axes, floor)
-    draw_trajectory(axes, trajectory, floor, goal)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    spec = config.spec
+    settings = spec.validation(config.env)
+    world = spec.load(settings, limit=config.validation_episodes)
+    slots = spec.make_slots(settings, world, config.validation_episodes)
+    return Validation(slots, lambda trace: spec.pictures.trace(world, 0, trace))
 
 
 def with_wandb(show: Show, project: str, config: TrainConfig) -> Show:

@@ -130,7 +130,11 @@ def _plans(p: argparse.ArgumentParser) -> None:
     p.add_argument("--out", metavar="DIR", help="folder of the plan and its runs (default: runs/KIND)")
     p.add_argument("--seeds", type=positive, default=1, metavar="N", help="specialists per design (default: 1)")
     p.add_argument(
-        "--task", action="append", default=[], metavar="NAME:CONFIG", help="another task's config, beside pointgoal's"
+        "--task",
+        action="append",
+        default=[],
+        metavar="NAME:CONFIG",
+        help="another task's config, beside that of --config",
     )
     p.add_argument("--slurm", type=int, default=0, metavar="N", help="submit N workers to SLURM (needs submitit)")
     _workers(p)
@@ -188,7 +192,7 @@ def _optimize(options: argparse.Namespace) -> None:
     config = load_optimize_config(options.config, tuple(options.settings))
     folder = Path(options.out) if options.out else Path("runs") / config.name
     with _Board() as board:
-        optimizer = Optimizer(config, folder, board.say, board.loading, options.storage)
+        optimizer = Optimizer(config, folder, board.say, board.loading, options.storage, board.warn)
         if options.join:
             optimizer.help()
             return
@@ -228,13 +232,13 @@ def _evaluate(options: argparse.Namespace) -> None:
         _sweep(options)
         return
     from prnav.design.config import load_optimize_config
-    from prnav.domains.navigation.probe import Proxy
+    from prnav.design.optimize import load_probe
     from prnav.sensors import load_design
 
     designs = [load_design(name) for name in options.design]
     config = load_optimize_config(options.config, tuple(options.settings))
     with _Board() as board:
-        proxy = Proxy.load(config.proxy, board.loading)
+        proxy = load_probe(config, board.loading)
         told = {}
         for done, design in enumerate(designs):
             board.say("proxy", done, len(designs), design.name)
@@ -260,14 +264,16 @@ def _sweep(options: argparse.Namespace) -> None:
     folder = Path(options.out) if options.out else Path("runs") / options.kind
     if not options.join:
         configs = _configs(options)
-        sweep.write_plan(folder, options.kind, _designs(options, configs["pointgoal"]), configs, options.seeds)
+        sweep.write_plan(folder, options.kind, _designs(options, next(iter(configs.values()))), configs, options.seeds)
         if options.slurm:
             _submit(options.slurm, folder)
             return
     with _Board() as board:
         helpers = [] if options.join else _helpers(options, "sweep", folder)
         try:
-            done = sweep.work(folder, lambda at, of, text: board.say("specialists", at, of, text), board.loading)
+            done = sweep.work(
+                folder, lambda at, of, text: board.say("specialists", at, of, text), board.loading, board.warn
+            )
             for helper in helpers:
                 helper.wait()
         finally:
@@ -285,13 +291,12 @@ def _configs(options: argparse.Namespace) -> dict[str, OptimizeConfig]:
     """The config of each task."""
     from prnav.design.config import load_optimize_config
 
-    configs = {"pointgoal": load_optimize_config(options.config, tuple(options.settings))}
+    first = load_optimize_config(options.config, tuple(options.settings))
+    configs = {first.train.task: first}
     for text in options.task:
         name, sign, config = text.partition(":")
         if not sign:
-            raise ConfigError(
-                f"--task {text!r} is not of the form NAME:CONFIG, for example targetnav:design-targetnav.toml"
-            )
+            raise ConfigError(f"--task {text!r} is not of the form NAME:CONFIG, for example mine:design-mine.toml")
         configs[name] = load_optimize_config(config, tuple(options.settings))
     return configs
 
@@ -388,6 +393,10 @@ class _Board:
         if self.bar.disable and line != self._last:
             self.console.print(line, soft_wrap=True)
             self._last = line
+
+    def warn(self, text: str) -> None:
+        """Print what the user should know, above the line."""
+        self.console.print(f"warning: {text}", style="yellow", markup=False, soft_wrap=True)
 
     def loading(self, done: int, total: int, name: str) -> None:
         """Show which scene is loading."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,17 +13,16 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first, positive
+from prnav.catalog import DEFAULT_TASK, TASKS, task_spec
+from prnav.cli._common import add_data_options, check_data_options, command, positive
 from prnav.cli._progress import LineProgress
-from prnav.domains.navigation.references import REFERENCE_AGENTS
 from prnav.errors import ConfigError
 from prnav.files import write_text
 
 if TYPE_CHECKING:
-    from prnav.domains.navigation.env import EnvConfig
+    from prnav.contracts import EpisodeRequest, Evaluation, TaskConfig, TaskSpec
     from prnav.evaluate.intervals import Interval
     from prnav.evaluate.learned import TrainedRun
-    from prnav.evaluate.records import Evaluation
 
 PICTURE = "trajectories.png"
 
@@ -46,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     p = argparse.ArgumentParser(
         prog="prnav-eval",
-        description="Evaluate agents on episodes, each played once, and report means with 95 %% bootstrap intervals.",
+        description="Evaluate agents on episodes, each played once, and report means with 95 % bootstrap intervals.",
         epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation goes "
         "on when the same command is given again. Several agents on the same episodes are compared with the first, "
         "paired by episode.",
@@ -56,10 +54,15 @@ def parser() -> argparse.ArgumentParser:
         "--run", metavar="DIR", action="append", default=[], help="directory of a training run: its last checkpoint"
     )
     who.add_argument(
-        "--agent", choices=REFERENCE_AGENTS, action="append", default=[], help="a reference agent; none of them sees"
+        "--agent",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a reference agent, none of which sees; in homes: shortest-path, random, forward, goal-follower, "
+        "wall-follower, blind",
     )
     what = p.add_argument_group("episodes")
-    what.add_argument("--task", choices=("pointgoal", "targetnav"), help="of reference agents (default: pointgoal)")
+    what.add_argument("--task", choices=tuple(TASKS), help=f"of reference agents (default: {DEFAULT_TASK})")
     what.add_argument(
         "--split",
         help="built-in split: train, val or test (default: test; with --run the run's own); with --data its own "
@@ -77,8 +80,8 @@ def parser() -> argparse.ArgumentParser:
     what.add_argument(
         "--target",
         choices=("visible", "invisible"),
-        help="TargetNav: whether the sphere is seen (default: as it was trained); invisible tells whether the agent "
-        "goes by it",
+        help="of tasks with a target: whether it is seen (default: as it was trained); invisible tells whether the "
+        "agent goes by it",
     )
     how = p.add_argument_group("how")
     how.add_argument(
@@ -137,8 +140,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _entries(options: argparse.Namespace, screen: Console) -> list[Entry]:
     """The evaluations to make, in the order they were asked for."""
-    if options.target and not options.run and options.task != "targetnav":
-        raise ConfigError("--target is for TargetNav; add --task targetnav")
     entries: list[Entry] = []
     for directory in options.run:
         from prnav.evaluate.learned import load_run
@@ -148,16 +149,20 @@ def _entries(options: argparse.Namespace, screen: Console) -> list[Entry]:
             raise ConfigError(f"run {directory} is for {run.config.task}; leave out --task {options.task}")
         kinds: tuple[Actions, ...] = ("sampled", "greedy") if options.actions == "both" else (options.actions,)
         entries += [Entry(run, Path(directory), kind) for kind in kinds]
+    known = task_spec(_task_name(options)).evaluation.agents
+    for name in options.agent:
+        if name not in known:
+            raise ConfigError(f"--agent {name!r} is not known; valid: {', '.join(known)}")
     return entries + [Entry(name, Path("runs") / name, None) for name in options.agent]
 
 
 def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, several: bool) -> Evaluation:
-    from prnav.domains.navigation.env.episode_source import built_in_scenes
-    from prnav.evaluate.navigation import evaluate_navigation, load_questions
+    from prnav.evaluate.evaluation import evaluate, load_questions
     from prnav.resources import available_cores
 
-    task = options.task or ("pointgoal" if not options.run else _task_of_runs(options))
-    config = _environment(options, entry.agent, task)
+    spec = task_spec(_task_name(options))
+    trained = None if isinstance(entry.agent, str) else entry.agent.config.env
+    config = spec.evaluation.config(trained, _request(options))
     with _progress(screen) as bars:
         line = bars.add_task("loading scenes", total=None)
 
@@ -167,13 +172,12 @@ def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, severa
         def playing(done: int, total: int) -> None:
             bars.update(line, completed=done, total=total, description="playing episodes")
 
-        make_homes_first(built_in_scenes(config)[: options.episodes], loading)
-        questions = load_questions(config, options.episodes, options.up, loading)
-        name = _folder_name(entry, options, config, questions.name)
-        evaluation = evaluate_navigation(
+        spec.prepare(config, loading, options.episodes)
+        questions = load_questions(spec, config, options.episodes, loading)
+        evaluation = evaluate(
             questions,
             config,
-            _directory(entry, options, name, several),
+            _directory(entry, options, _folder_name(entry, options, spec, config), several),
             agent=entry.agent,
             actions=entry.actions or "sampled",
             seed=options.seed,
@@ -188,10 +192,12 @@ def _evaluate(entry: Entry, options: argparse.Namespace, screen: Console, severa
     return evaluation
 
 
-def _task_of_runs(options: argparse.Namespace) -> str:
-    """The task that reference agents play beside runs."""
+def _task_name(options: argparse.Namespace) -> str:
+    """The task that all agents play: what is asked for, or that of the first run."""
     from prnav.train import RunFolder
 
+    if options.task or not options.run:
+        return options.task or DEFAULT_TASK
     return RunFolder(Path(options.run[0])).load_config().task
 
 
@@ -237,83 +243,31 @@ def _as_json(measures: Mapping[str, Interval]) -> dict[str, dict[str, float]]:
     return {key: dataclasses.asdict(interval) for key, interval in measures.items()}
 
 
-def _environment(options: argparse.Namespace, agent: str | TrainedRun, task: str) -> EnvConfig:
-    """The run's environment, or the default one, with the episodes and the target that were asked for."""
-    from prnav.domains.navigation.env import EnvConfig
-    from prnav.domains.navigation.tasks import TargetNavConfig
+def _request(options: argparse.Namespace) -> EpisodeRequest:
+    """The episodes that were asked for."""
+    from prnav.contracts import EpisodeRequest
 
     check_data_options(options)
-    if isinstance(agent, str):
-        rules = TargetNavConfig() if task == "targetnav" else None
-        config = EnvConfig(scenes="test", vision=False, targetnav=rules)
-    else:
-        config = agent.config.env
-    changes: dict[str, object] = {}
-    if options.episodes_file is not None or options.data is not None:
-        split = options.split if options.episodes_file is not None else options.split or "val"
-        changes |= {"episodes": options.episodes_file, "episode_split": split, "scene_files": ()}
-        changes |= {
-            "data": options.data,
-            "data_root": None,
-            "up": "y",
-            "navmesh_files": options.navmesh_from != "build",
-        }
-    elif options.split is not None and config.data is not None:
-        changes["episode_split"] = options.split
-    elif config.episodes is not None and (split := _held_out(config, options.split)) is not None:
-        changes["episode_split"] = split
-    elif options.split is not None:
-        from prnav.scene import scene_ids
-
-        scene_ids(options.split)  # refuses a split that is none
-        changes |= {"scenes": options.split, "episodes": None, "max_scenes": None, "data": None}
-    if options.data_root is not None:
-        changes["data_root"] = options.data_root
-    if options.scene:
-        changes["scene_files"] = tuple(options.scene)
-    if options.scene and changes.get("data", config.data) is not None:
-        raise ConfigError("--scene and --data both say where scenes are: give one of them")
-    no_data = changes.get("data", config.data) is None
-    if (options.data_root or options.scene) and no_data and (changes.get("episodes") or config.episodes) is None:
-        raise ConfigError("--scene and --data-root say where the scenes of episode files are: give --episodes-file too")
-    if options.target is not None:
-        if config.targetnav is None:
-            raise ConfigError(f"--target {options.target} is for TargetNav, and this agent's task is pointgoal")
-        changes["targetnav"] = dataclasses.replace(config.targetnav, visible=options.target == "visible")
-    return dataclasses.replace(config, **changes)  # type: ignore[arg-type]
-
-
-def _held_out(config: EnvConfig, asked: str | None) -> str | None:
-    """Split of the folder of episodes that an agent was trained on: what was asked for, else one it was not trained on.
-
-    None, with a word, where there is no other.
-    """
-    from prnav.episodes.files import episode_splits
-
-    assert config.episodes is not None
-    splits = episode_splits(config.episodes)
-    if asked is not None:
-        return asked if asked in splits else None
-    for name in ("test", "val"):
-        if name in splits and config.episode_split not in (None, name):
-            return name
-    print(
-        f"warning: {config.episodes}: no split test or val beside the one it was trained on, so the agent plays its "
-        "training episodes; draw others (prnav-episodes generate --split val --seed 1) to see how well it generalises",
-        file=sys.stderr,
+    return EpisodeRequest(
+        split=options.split,
+        episodes_file=options.episodes_file,
+        data=options.data,
+        data_root=options.data_root,
+        navmesh_from=options.navmesh_from,
+        scenes=tuple(options.scene),
+        up=options.up,
+        target=options.target,
     )
-    return None
 
 
-def _folder_name(entry: Entry, options: argparse.Namespace, config: EnvConfig, split: str) -> str:
+def _folder_name(entry: Entry, options: argparse.Namespace, spec: TaskSpec, config: TaskConfig) -> str:
     """A name for each thing that is asked of an agent."""
-    name = split.removesuffix(".gz").removesuffix(".json")
+    name = spec.evaluation.name(config)
     if entry.actions is not None:
         name += f"-{entry.actions}"
-    elif config.targetnav is not None:
-        name = f"targetnav-{name}"
-    if config.targetnav is not None and not config.targetnav.visible:
-        name += "-invisible"
+    elif spec.name != DEFAULT_TASK:
+        name = f"{spec.name.replace('/', '-')}-{name}"
+    name += spec.evaluation.suffix(config)
     if options.episodes is not None:
         name += f"-{options.episodes}"
     return f"{name}-seed{options.seed}" if options.seed else name
@@ -337,12 +291,10 @@ def _device(name: str) -> str:
 
 
 def _draw(evaluation: Evaluation) -> None:
-    from prnav.domains.navigation.maps import load_maps
-    from prnav.domains.navigation.pictures.topdown import draw_episodes
-    from prnav.evaluate.records import load_trajectories
+    from prnav.evaluate.records import load_traces
     from prnav.style import save_png
 
-    figure = draw_episodes(evaluation, load_trajectories(evaluation), load_maps(evaluation.directory))
+    figure = task_spec(evaluation.header["task"]).pictures.episodes(evaluation, load_traces(evaluation))
     save_png(figure, evaluation.directory / PICTURE)
 
 

@@ -33,11 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     runs = [read_run(run) for run in options.runs]
     if options.video:
-        from prnav.domains.navigation.pictures.film import encoder, write_videos
+        from prnav.catalog import task_spec
+        from prnav.evaluate.records import load_traces
 
-        encoder()  # refuses before any work where it is missing
         for evaluation in (evaluation for run in runs for evaluation in run.evaluations):
-            for film in write_videos(evaluation):
+            for film in task_spec(evaluation.header["task"]).pictures.film(evaluation, load_traces(evaluation)):
                 print(f"film  {film}")
     page = make_page(runs, options.title)
     path = Path(options.out) if options.out else Path(options.runs[0]) / "report.html"

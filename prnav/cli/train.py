@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command, make_homes_first
-from prnav.cli._watch import draw_validation, validation_environments, with_wandb
+from prnav.catalog import TASKS, task_spec
+from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._watch import load_validation, with_wandb
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
-    from prnav.domains.navigation.env import NavigationVectorEnv
+    from prnav.contracts import BatchEnv, World
     from prnav.train import RunFolder, TrainConfig
-
-PRESETS = {"pointgoal": "quickstart", "targetnav": "quickstart-targetnav"}
-"""Each task's experiment where none is named."""
 
 LINE_SECONDS = 15.0
 """How often a line is printed where there is no terminal to redraw."""
@@ -37,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
         epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
     )
-    p.add_argument("task", choices=tuple(PRESETS), help="what the agent learns")
+    p.add_argument("task", choices=tuple(TASKS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
     p.add_argument(
         "--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)"
@@ -72,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     workers = join_workers()
     workers.on_first(lambda: check_folder(folder, config, options.resume))
     console = Console(stderr=True, highlight=False, quiet=not workers.first)
-    groups = load_environments(config, console)
+    groups, world = load_environments(config, console)
     board = progress_bar(console)
     report = reporter(config, console, board)
     trainer = Trainer(
@@ -81,14 +79,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         folder,
         report=report if options.wandb is None or not workers.first else with_wandb(report, options.wandb, config),
         warn=lambda text: console.print(f"warning: {text}", style="yellow", soft_wrap=True),
-        data=data_facts(groups[0]),
+        data=config.spec.facts(config.env, world),
         workers=workers,
-        validation=lambda: validation_environments(config),
-        picture=draw_validation,
+        validation=lambda: load_validation(config),
     )
     try:
-        origins = groups[0].slots.source.world.navmesh_origins
-        for line in opening(config, trainer.step, folder.path, workers.size, origins):
+        trainer.begin()
+        for line in [*opening(config, trainer.step, folder.path, workers.size), *config.spec.notes(config.env, world)]:
             console.print(line, soft_wrap=True)
         with board:
             stopped = trainer.train()
@@ -141,7 +138,7 @@ def configure(options: argparse.Namespace) -> TrainConfig:
         settings.append(f"env.scene_files=[{', '.join(map(_quoted, options.scene))}]")
     own = Path(options.run) / "config.toml" if options.run and options.resume else None
     goes_on = own is not None and own.exists()
-    name = options.config or (str(own) if goes_on else PRESETS[options.task])
+    name = options.config or (str(own) if goes_on else task_spec(options.task).preset)
     config = load_train_config(name, tuple(settings))
     if config.task != options.task:
         raise ConfigError(f"config {name} is for {config.task}; use prnav-train {config.task}, or another --config")
@@ -171,57 +168,30 @@ def _quoted(text: str) -> str:
     return f"'{text}'"
 
 
-def load_environments(config: TrainConfig, console: Console) -> list[NavigationVectorEnv]:
-    """The run's environments in groups over the same scenes, with a line that says which scene is loading."""
-    from prnav.domains.navigation.env import NavigationVectorEnv
-    from prnav.domains.navigation.env.episode_source import built_in_scenes
+def load_environments(config: TrainConfig, console: Console) -> tuple[list[BatchEnv], World]:
+    """The run's environments in groups over one world, with a line that says what is loading."""
     from prnav.train import group_sizes
 
     with console.status("loading scenes") as status:
 
         def loading(done: int, total: int, name: str) -> None:
-            status.update(f"loading scenes {done}/{total} {name}")
+            status.update(f"loading {done}/{total} {name}")
 
-        make_homes_first(built_in_scenes(config.env), loading)
-        groups: list[NavigationVectorEnv] = []
-        for size in group_sizes(config.num_envs, config.groups):
-            source = groups[0].slots.source if groups else None
-            groups.append(NavigationVectorEnv(size, config.env, source, progress=loading))
-        return groups
-
-
-def data_facts(envs: NavigationVectorEnv) -> dict[str, Any]:
-    """What the run is made from: hashes of its scenes, its episodes and their file."""
-    from prnav.cache import hash_arrays
-    from prnav.domains.navigation.benchmark import benchmark_of
-    from prnav.domains.navigation.env.episode_source import episode_path
-    from prnav.files import sha256_file
-
-    source = envs.slots.source
-    facts: dict[str, Any] = {
-        "benchmark": benchmark_of(envs.config),
-        "episodes": len(source),
-        "episodes_sha256": hash_arrays({"starts": source.starts, "yaws": source.yaws, "goals": source.goals}),
-        "scenes": {name: scene.hash for name, scene in zip(source.world.scene_ids, source.world.scenes, strict=True)},
-        "navmeshes": dict(zip(source.world.scene_ids, source.world.navmesh_origins, strict=False)),
-    }
-    path = episode_path(envs.config)
-    if path is not None and Path(path).is_file():
-        facts["file"] = {"name": Path(path).name, "sha256": sha256_file(path)}
-    return facts
+        spec = config.spec
+        spec.prepare(config.env, loading)
+        world = spec.load(config.env, loading)
+        groups = [spec.make_envs(config.env, world, size) for size in group_sizes(config.num_envs, config.groups)]
+        return groups, world
 
 
-def opening(config: TrainConfig, step: int, folder: Path, workers: int = 1, navmeshes: Sequence[str] = ()) -> list[str]:
-    """What is about to be done; ``navmeshes`` says where those of a data set's scenes are from."""
+def opening(config: TrainConfig, step: int, folder: Path, workers: int = 1) -> list[str]:
+    """What is about to be done."""
     count = f"{workers} workers with {config.num_envs}" if workers > 1 else f"{config.num_envs}"
     warm = config.imitation.steps
     plan = f"imitate the shortest-path oracle for {warm:,} steps (warm start), then PPO" if warm else "PPO from scratch"
     first = f"run {folder}: {config.task}, {config.policy.encoder} agent, {count} environments"
     second = f"plan: {plan}, {config.total_steps:,} steps in all"
     lines = [first, second]
-    if config.env.data is not None:
-        files = sum(origin != "built" for origin in navmeshes)
-        lines.append(f"navmeshes of {config.env.data}: {files} from files, {len(navmeshes) - files} built")
     return [*lines, f"resumed at step {step:,}"] if step else lines
 
 
@@ -234,10 +204,10 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
             f"go on with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
-    where = "" if config.env.episodes else " --split test" if config.env.data is None else " --split val"
+    command = f"prnav-eval --run {folder} {config.spec.evaluation.hint(config.env)}"
     return [
         f"trained {step:,} steps in {seconds / 60:.1f} min ({rate}); {learnt}",
-        f"evaluate with: prnav-eval --run {folder}{where}",
+        f"evaluate with: {command.rstrip()}",
     ]
 
 

@@ -3,7 +3,10 @@
 Domains implement what stands here; policy, train, design, evaluate and report know nothing else of them.
 """
 
-from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Observations, Outcome, State
+from prnav.contracts.agents import Agent, Turn
+from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Observations, State
+from prnav.contracts.measures import MEASURES, Measure
+from prnav.contracts.records import Evaluation, Header, Outcome, Played, Trace
 from prnav.contracts.spaces import (
     ActionSpec,
     BoxActions,
@@ -15,8 +18,36 @@ from prnav.contracts.spaces import (
     observation_spec_of,
     spec_to_mapping,
 )
+from prnav.contracts.tasks import (
+    EpisodeRequest,
+    EvaluationSpec,
+    Pictures,
+    ProbeSpec,
+    Progress,
+    StateProbe,
+    TaskConfig,
+    TaskSpec,
+    World,
+)
 
 __all__ = [
+    "MEASURES",
+    "Agent",
+    "EpisodeRequest",
+    "Evaluation",
+    "EvaluationSpec",
+    "Header",
+    "Measure",
+    "Pictures",
+    "Played",
+    "ProbeSpec",
+    "Progress",
+    "StateProbe",
+    "TaskConfig",
+    "TaskSpec",
+    "Trace",
+    "Turn",
+    "World",
     "ActionSpec",
     "BatchEnv",
     "BoxActions",

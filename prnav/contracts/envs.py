@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.contracts.records import Outcome
 from prnav.contracts.spaces import ActionSpec, ObservationSpecs
 
 Observations = dict[str, Any]
@@ -70,8 +71,8 @@ class BatchEnv(Protocol):
 class HasExpert(Protocol):
     """Environments with an oracle that can be imitated."""
 
-    def expert_actions(self) -> NDArray[np.int64]:
-        """The oracle's action in every environment, (N,)."""
+    def expert_actions(self) -> NDArray[Any]:
+        """The oracle's action in every environment, as :attr:`BatchEnv.action_spec` has them, (N,) or (N, D)."""
         ...
 
 
@@ -141,9 +142,5 @@ class EpisodeSlots(Protocol):
         ...
 
     def events(self, slots: NDArray[np.int64]) -> Mapping[str, NDArray[Any]]:
-        """What the last step of slots (n,) met, by name, each (n, ...): what a trace keeps of every step."""
+        """What the last step of slots (n,) did and met, by name, each (n, ...); ``actions`` is among them."""
         ...
-
-
-Outcome = dict[str, Any]
-"""One finished episode: ``scene_id`` and ``episode_id``, then measures by name, as plain numbers and strings."""

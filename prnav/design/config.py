@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from prnav.config import load_config
+from prnav import catalog
+from prnav.config import TYPE_OF, load_config
 from prnav.design.joint import JointConfig
 from prnav.design.search import SearchConfig
 from prnav.design.specialist import SpecialistConfig
-from prnav.domains.navigation.probe import ProxyConfig
 from prnav.errors import ConfigError
 from prnav.resources import resource
 from prnav.sensors import Design, DesignSpace, load_design, random_design
 from prnav.train import TrainConfig
+
+
+def probe_type(table: Mapping[str, Any]) -> type:
+    """Class of the table [proxy] in a search's config: that of the task which [train] names.
+
+    Raises:
+        ConfigError: no such task, or it has no state probe.
+    """
+    train = table.get("train", {})
+    name = str(train.get("task", "pointgoal")) if isinstance(train, Mapping) else "pointgoal"
+    probe = catalog.task_spec(name).probe
+    if probe is None:
+        raise ConfigError(f"task {name!r} has no state probe; leave out [proxy], and score by specialists")
+    return probe.config_type
 
 
 @dataclass(frozen=True)
@@ -55,11 +70,14 @@ class OptimizeConfig:
     """Specialists per design."""
     joint: JointConfig = field(default_factory=JointConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
-    proxy: ProxyConfig = field(default_factory=ProxyConfig)
+    proxy: Any = field(default=None, metadata={TYPE_OF: probe_type})
+    """Settings of the task's state probe (:attr:`prnav.contracts.TaskSpec.probe`); its defaults where left out."""
     specialist: SpecialistConfig = field(default_factory=SpecialistConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
 
     def __post_init__(self) -> None:
+        if self.proxy is None and self.train.spec.probe is not None:
+            object.__setattr__(self, "proxy", self.train.spec.probe.config_type())
         for name in ("sensors", "grid", "starts", "judge_seeds"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")

@@ -7,54 +7,28 @@ depend on the seed, on i and on the policy alone. N agents, K sensors, n free co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from gymnasium.vector import VectorEnv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from prnav.contracts import BatchEnv, Designable, HasExpert, Observations, State
+from prnav.contracts.envs import StepResult
 from prnav.design.cost import CostConfig, design_cost
 from prnav.design.gaussian import DesignPolicy
+from prnav.errors import ConfigError
 from prnav.sensors import Design, theta_to_pose, with_free_values
 
 Float64 = NDArray[np.float64]
 
 
-class DesignableEnvs(Protocol):
-    """Vector environments whose agents' designs can be set, such as the navigation tasks'."""
-
-    num_envs: int
-    metadata: dict[str, Any]
-    observation_space: Any
-    single_observation_space: Any
-    action_space: Any
-    single_action_space: Any
-
-    def reset(
-        self, *, seed: Any = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin an episode in each agent."""
-        ...
-
-    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """One step in each agent; the next episode begins in the step that ends one."""
-        ...
-
-    def set_designs(self, agents: ArrayLike, theta: ArrayLike) -> None:
-        """Designs of agents (n,) from their next episodes on, normalised, (n, K, 7)."""
-        ...
-
-    def get_state(self) -> dict[str, Any]:
-        """All that :meth:`set_state` needs."""
-        ...
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Go on where the state was taken."""
-        ...
+@runtime_checkable
+class DesignableEnvs(BatchEnv, Designable, Protocol):
+    """Environments whose agents' designs can be set."""
 
 
-class DesignedVectorEnv(VectorEnv):
+class DesignedVectorEnv:
     """Adds the design action to a batch of environments, and keeps what the design policy learns from."""
 
     def __init__(
@@ -77,10 +51,8 @@ class DesignedVectorEnv(VectorEnv):
             seed: of the drawn designs.
         """
         self.envs, self.design, self.policy, self.cost, self.score, self.seed = envs, design, policy, cost, score, seed
-        self.num_envs, self.metadata = envs.num_envs, envs.metadata
-        self.observation_space, self.single_observation_space = envs.observation_space, envs.single_observation_space
-        self.action_space, self.single_action_space = envs.action_space, envs.single_action_space
-        self.render_mode = None
+        self.num_envs = envs.num_envs
+        self.observation_specs, self.action_spec = envs.observation_specs, envs.action_spec
         size, count = len(policy.mean), self.num_envs
         self.drawn = np.zeros(count, np.int64)  #: designs drawn by each agent
         self.current = np.zeros((count, size))  #: design of the episode that is played
@@ -103,8 +75,8 @@ class DesignedVectorEnv(VectorEnv):
         return facts
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
         """Begin an episode with a new design in each agent."""
         everyone = np.arange(self.num_envs)
         self._draw(everyone)
@@ -112,7 +84,7 @@ class DesignedVectorEnv(VectorEnv):
         self._begin(everyone)
         return result
 
-    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: Any) -> StepResult:
         """One step in each agent; the rewards are the task's own."""
         result = self.envs.step(actions)
         terminated, truncated, info = np.asarray(result[2]), np.asarray(result[3]), result[4]
@@ -123,23 +95,26 @@ class DesignedVectorEnv(VectorEnv):
         return result
 
     def expert_actions(self) -> NDArray[np.int64]:
-        """The oracle's actions, (N,)."""
-        return np.asarray(self.envs.expert_actions(), np.int64)  # type: ignore[attr-defined]
+        """The oracle's actions, (N,).
 
-    def close_extras(self, **kwargs: Any) -> None:
-        """Nothing is held that needs closing."""
+        Raises:
+            ConfigError: the environments have no oracle.
+        """
+        if not isinstance(self.envs, HasExpert):
+            raise ConfigError("the environments have no oracle to imitate; train with imitation.steps=0")
+        return self.envs.expert_actions()
 
-    def get_state(self) -> dict[str, Any]:
-        """All that :meth:`set_state` needs, the design policy included."""
+    def snapshot(self) -> State:
+        """All that :meth:`restore` needs, the design policy included."""
         return {
-            "envs": self.envs.get_state(),
+            "envs": self.envs.snapshot(),
             "policy": self.policy.state_dict(),
             **{name: getattr(self, name).copy() for name in _STATE},
         }
 
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on where :meth:`get_state` was called."""
-        self.envs.set_state(state["envs"])
+    def restore(self, state: State) -> None:
+        """Go on where :meth:`snapshot` was called."""
+        self.envs.restore(state["envs"])
         self.policy.load_state_dict(state["policy"])
         for name in _STATE:
             setattr(self, name, np.array(state[name]))

@@ -101,17 +101,22 @@ class JointTrainer(Trainer):
             report: called with each row of metrics.
             warn: called with what the user should know.
             data: what the run is made from.
-
-        Raises:
-            ConfigError: a run in ``folder`` was started with other settings of the joint optimisation.
         """
         self.joint, self.design = joint, design
         self.history: list[dict[str, Any]] = []
         policy = DesignPolicy(joint.policy, int(design.free.sum()))
         self.designed = DesignedVectorEnv(envs, design, policy, joint.cost, joint.score, config.seed)
-        _check_same(folder, joint, design)
         facts = {**(data or {}), "joint": to_mapping(joint), "design": design.name}
         super().__init__(config, self.designed, folder, report, warn, facts)
+
+    def begin(self) -> None:
+        """Start the run or resume it, with the settings of the joint optimisation written beside its config.
+
+        Raises:
+            ConfigError: the run was started with other settings of the joint optimisation.
+        """
+        _check_same(self.folder, self.joint, self.design)
+        super().begin()
 
     @property
     def theta(self) -> np.ndarray:
@@ -135,7 +140,7 @@ class JointTrainer(Trainer):
         if now.control:
             losses = super().update(phase)
         else:
-            losses = {"entropy": float(np.log(self.designed.policy.std).mean())}
+            losses = {"design_log_std": float(np.log(self.designed.policy.std).mean())}
         if not now.design:
             self.designed.clear()
         elif now.design == "update":

@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.config import config_hash, load_config, to_toml
+from prnav.contracts import Progress, StateProbe
 from prnav.design import search as searching
 from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.cost import design_cost
+from prnav.design.designed_envs import DesignableEnvs
 from prnav.design.joint import JointTrainer
-from prnav.design.specialist import Judge, make_envs, mean_of, row_of, specialist_config
-from prnav.domains.navigation.probe import Proxy
+from prnav.design.specialist import Judge, mean_of, row_of, specialist_config
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose, with_free_values
-from prnav.sim.world import Progress
 from prnav.train import RunFolder
 
 Say = Callable[[str, int, int, str], None]
@@ -45,6 +45,7 @@ class Optimizer:
         say: Say = lambda stage, done, of, text: None,
         loading: Progress | None = None,
         storage: str | None = None,
+        warn: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Search in ``folder``, new or interrupted.
 
@@ -54,15 +55,16 @@ class Optimizer:
             say: told how it gets on.
             loading: told which scenes are loading.
             storage: address of the database that holds studies; a file in the folder otherwise.
+            warn: told what trainings warn of.
 
         Raises:
             ConfigError: the folder holds another search.
         """
         self.config, self.folder, self.say, self.loading = config, folder, say, loading
-        self.storage = storage
+        self.storage, self.warn = storage, warn
         self._judge: Judge | None = None
         self._final: Judge | None = None
-        self._proxy: Proxy | None = None
+        self._proxy: StateProbe | None = None
         path = folder / CONFIG
         if not path.exists():
             write_text(path, to_toml(config))
@@ -75,7 +77,7 @@ class Optimizer:
     def judge(self) -> Judge:
         """Homes and episodes of specialists, loaded on first use."""
         if self._judge is None:
-            self._judge = Judge(self.config.train, self.config.specialist, self.loading)
+            self._judge = Judge(self.config.train, self.config.specialist, self.loading, warn=self.warn)
         return self._judge
 
     @property
@@ -85,14 +87,18 @@ class Optimizer:
         if config.final == config.specialist:
             return self.judge
         if self._final is None:
-            self._final = Judge(config.train, config.final, self.loading, self.judge)
+            self._final = Judge(config.train, config.final, self.loading, self.judge, self.warn)
         return self._final
 
     @property
-    def proxy(self) -> Proxy:
-        """Places of the proxy, drawn on first use."""
+    def proxy(self) -> StateProbe:
+        """The task's state probe, loaded on first use.
+
+        Raises:
+            ConfigError: the task has none.
+        """
         if self._proxy is None:
-            self._proxy = Proxy.load(self.config.proxy, self.loading)
+            self._proxy = load_probe(self.config, self.loading)
         return self._proxy
 
     def run(self) -> Design:
@@ -271,9 +277,14 @@ class Optimizer:
             text += f"  design moved {losses['design_moved']:.2f}" if "design_moved" in losses else ""
             self.say("joint", row["step"], total, text)
 
-        envs = make_envs(train.num_envs, train.env, self.judge.training())
-        trainer = JointTrainer(train, config.joint, envs, base, RunFolder(place / "joint"), report)
+        envs = train.spec.make_envs(train.env, self.judge.training(), train.num_envs)
+        if not isinstance(envs, DesignableEnvs):
+            raise ConfigError(
+                f"task {train.task!r} has no sensors whose design can be set; take one that has receptors"
+            )
+        trainer = JointTrainer(train, config.joint, envs, base, RunFolder(place / "joint"), report, self.warn)
         try:
+            trainer.begin()
             if trainer.train() is not None:
                 raise KeyboardInterrupt
             found, theta = trainer.best_design(f"{initial.name}-joint"), trainer.theta
@@ -286,6 +297,18 @@ class Optimizer:
             design = found if which == "optimised" else base
             rows.append(row_of(design, measures, group=f"generalist, {which} {number}", seed=train.seed, steps=total))
         return found, {"initial": scores[0], "found": scores[1], "trials": 0, "steps": total, "rows": rows}
+
+
+def load_probe(config: OptimizeConfig, progress: Progress | None = None) -> StateProbe:
+    """The state probe of a search's task.
+
+    Raises:
+        ConfigError: the task has none.
+    """
+    train = config.train
+    if train.spec.probe is None:
+        raise ConfigError(f"task {train.task!r} has no state probe; score by specialists (score=specialist)")
+    return train.spec.probe.load(config.proxy, train.env, progress)
 
 
 def config_hash_of(theta: NDArray[np.float64]) -> str:

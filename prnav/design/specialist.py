@@ -6,6 +6,7 @@ This is the inner loop of the paper's bi-level problem, and what all figures of 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from prnav.design.play import Measures, play
-from prnav.domains.navigation.env import EnvConfig, EpisodeSource, NavigationVectorEnv, load_source
+from prnav.contracts import MEASURES, Progress, TaskConfig, World
+from prnav.design.judging import Measures, play_design
 from prnav.files import write_text
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.sensors import Design, save_design
-from prnav.sim.world import Progress
 from prnav.train import RunFolder, TrainConfig, Trainer, load_policy
 
 
@@ -30,7 +30,7 @@ class SpecialistConfig:
     """Simulation steps of training; the warm start keeps its share of them."""
     episodes: int = 160
     split: str = "val"
-    """Built-in homes of the episodes."""
+    """Split of the episodes: of navigation tasks, the built-in homes."""
     num_envs: int = 80
     """Episodes played at once."""
     seed: int = 0
@@ -51,31 +51,39 @@ class Judge:
         config: SpecialistConfig,
         progress: Progress | None = None,
         like: Judge | None = None,
+        warn: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Judge by ``config`` of specialists trained as ``train`` says, in the homes of another judge's if given.
+
+        Args:
+            train: how specialists are trained.
+            config: their budget, and the episodes they are judged by.
+            progress: called while scenes load.
+            like: a judge that has loaded the same training homes.
+            warn: told what trainings warn of.
 
         Raises:
             PrnavError: scenes or episodes are missing or broken.
         """
         self.train, self.config = train, config
-        self._progress = progress
+        self._progress, self._warn = progress, warn
         self._like = like
-        self._sources: dict[str, EpisodeSource] = {}
+        self._worlds: dict[str, World] = {}
 
-    def training(self) -> EpisodeSource:
-        """Homes and episodes of training."""
+    def training(self) -> World:
+        """What training environments share."""
         if self._like is not None:
             return self._like.training()
-        if "training" not in self._sources:
-            self._sources["training"] = load_source(self.train.env, self._progress)
-        return self._sources["training"]
+        if "training" not in self._worlds:
+            self._worlds["training"] = self.train.spec.load(self.train.env, self._progress)
+        return self._worlds["training"]
 
-    def questions(self) -> EpisodeSource:
-        """Homes and episodes of judging."""
-        if "questions" not in self._sources:
-            env = replace(self.train.env, scenes=self.config.split, episodes=None, max_scenes=None)
-            self._sources["questions"] = load_source(env, self._progress, limit=self.config.episodes)
-        return self._sources["questions"]
+    def questions(self) -> World:
+        """What the episodes of judging share."""
+        if "questions" not in self._worlds:
+            env = self.train.spec.held_out(self.train.env, self.config.split)
+            self._worlds["questions"] = self.train.spec.load(env, self._progress, self.config.episodes)
+        return self._worlds["questions"]
 
     def specialist(
         self,
@@ -108,32 +116,26 @@ class Judge:
         write_text(done, json.dumps(told) + "\n")
         return measures
 
-    def judge(
-        self, policy: RecurrentPolicy, design: Design, theta: ArrayLike, env: EnvConfig | None = None
-    ) -> Measures:
+    def judge(self, policy: Policy, design: Design, theta: ArrayLike, env: TaskConfig | None = None) -> Measures:
         """Measures (S,) of a policy at theta (K, 7) around ``design``; a generalist at its design policy's mean."""
-        source = self.questions()
-        count = min(self.config.num_envs, len(source))
-        settings = replace(env or self.train.env, scenes=self.config.split)
-        envs = make_envs(count, settings, source)
-        return play(policy, envs, np.arange(len(source)), theta, self.config.seed)
+        spec = self.train.spec
+        settings = spec.held_out(self.train.env if env is None else env, self.config.split)
+        slots = spec.make_slots(settings, self.questions(), self.config.num_envs)
+        return play_design(policy, slots, theta, self.config.seed)
 
-    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> RecurrentPolicy:
+    def _trained(self, config: TrainConfig, design: Design, folder: RunFolder) -> Policy:
         path = folder.path / "design.toml"
         if not path.exists():
             save_design(design, path)
-        trainer = Trainer(config, make_envs(config.num_envs, config.env, self.training()), folder)
+        envs = config.spec.make_envs(config.env, self.training(), config.num_envs)
+        trainer = Trainer(config, envs, folder, warn=self._warn)
         try:
+            trainer.begin()
             if trainer.train() is not None:
                 raise KeyboardInterrupt
         finally:
             trainer.close()
         return load_policy(folder)[0]
-
-
-def make_envs(count: int, config: EnvConfig, source: EpisodeSource) -> NavigationVectorEnv:
-    """``count`` agents over a source."""
-    return NavigationVectorEnv(count, config, source=source)
 
 
 def specialist_config(
@@ -149,13 +151,13 @@ def specialist_config(
         checkpoint_steps=max(steps, 1),
         keep_checkpoints=1,
         imitation=replace(train.imitation, steps=warm),
-        env=replace(train.env, design=str(folder / "design.toml"), grid=design.grid),
+        env=train.spec.with_design(train.env, str(folder / "design.toml"), design.grid),
     )
 
 
 def row_of(design: Design, measures: Measures, **facts: Any) -> dict[str, Any]:
     """One line of results: who, what it cost, and each episode's measures."""
-    kept = ("success", "spl", "soft_spl", "soft_spl_closest", "reward", "distance_to_goal")
+    kept = tuple(measure.key for measure in MEASURES)
     return {
         "design": design.name,
         "sensors": design.num_sensors,
@@ -170,4 +172,4 @@ def mean_of(measures: Measures, name: str) -> float:
     return float(np.mean(measures[name]))
 
 
-__all__ = ["Judge", "SpecialistConfig", "make_envs", "mean_of", "row_of", "specialist_config"]
+__all__ = ["Judge", "SpecialistConfig", "mean_of", "row_of", "specialist_config"]

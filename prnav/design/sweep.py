@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from prnav.config import load_config, to_toml
+from prnav.contracts import Progress
 from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
 from prnav.design.specialist import Judge, row_of
@@ -20,7 +21,6 @@ from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.sensors import load_design, save_design
-from prnav.sim.world import Progress
 
 PLAN, RESULTS = "plan.json", "results.jsonl"
 
@@ -90,6 +90,7 @@ def work(
     folder: Path,
     say: Callable[[int, int, str], None] = lambda done, of, text: None,
     loading: Progress | None = None,
+    warn: Callable[[str], None] = lambda text: None,
 ) -> int:
     """Take jobs until all are done or held by others; how many are done then, by whomever."""
     _, jobs = read_plan(folder)
@@ -101,7 +102,7 @@ def work(
                 continue
             if job.task not in judges:
                 config = load_config(OptimizeConfig, folder / f"{job.task}.toml")
-                judges[job.task] = Judge(config.train, config.specialist, loading)
+                judges[job.task] = Judge(config.train, config.specialist, loading, warn=warn)
             say(len(_done(folder, jobs)), len(jobs), job.name)
             judges[job.task].specialist(load_design(folder / job.design), place, seed=job.seed)
             say(len(_done(folder, jobs)), len(jobs), f"{job.name} done")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prnav.contracts import Evaluation
 from prnav.evaluate.intervals import Interval, interval_over_run_groups, interval_over_runs, paired_difference
-from prnav.evaluate.records import Evaluation
 from prnav.evaluate.summary import MEASURES, column
 
 COMPARED: tuple[str, ...] = ("success", "spl", "soft_spl", "soft_spl_closest", "distance_to_goal", "collisions")

@@ -16,15 +16,15 @@ import shutil
 import time
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from prnav.domains.navigation.benchmark import BENCHMARK
-from prnav.errors import RecordError
-from prnav.evaluate.evaluator import Played, Trajectory
+from prnav.catalog import DEFAULT_TASK, task_spec
+from prnav.contracts import Evaluation, Header, Played, Trace
+from prnav.errors import ConfigError, RecordError
 from prnav.files import atomic_path, write_text
 
 EVALUATION, RECORDS, TRAJECTORIES, PARTIAL = (
@@ -40,31 +40,6 @@ BLOCK_EPISODES, BLOCK_SECONDS = 64, 20.0
 """A block is written when it holds so many episodes or is so old: what a kill can cost."""
 
 EpisodeId = tuple[str, str]
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """A finished evaluation as read from its folder."""
-
-    directory: Path
-    header: dict[str, Any]
-    """What was evaluated, as given to :class:`RecordWriter`, and ``measures``, ``episodes``."""
-    rows: list[dict[str, Any]]
-    """One row per episode: ``scene_id``, ``episode_id``, measures; null stands for infinity."""
-
-    @property
-    def ids(self) -> list[EpisodeId]:
-        """(scene_id, episode_id) of every row."""
-        return [_episode(row) for row in self.rows]
-
-    @property
-    def label(self) -> str:
-        """Agent and how it chose actions, for example "pr-2 (greedy)"."""
-        actions = self.header.get("actions", "rule")
-        name = str(self.header.get("agent", self.directory.name))
-        kind = [actions] if actions in ("greedy", "sampled") and name != "random" else []
-        kind += ["invisible target"] if self.header.get("target") == "invisible" else []
-        return f"{name} ({', '.join(kind)})" if kind else name
 
 
 class RecordWriter:
@@ -135,11 +110,11 @@ class RecordWriter:
             extra: added to ``evaluation.json``: measures and the like.
         """
         rows = self.all_rows(order)
-        stored: dict[EpisodeId, Trajectory] = {}
+        stored: dict[EpisodeId, Trace] = {}
         for part in sorted((self.directory / PARTIAL).glob("*.npz")):
-            stored.update(_read_trajectories(part))
+            stored.update(_read_traces(part))
         with atomic_path(self.directory / TRAJECTORIES) as temporary:
-            _write_trajectories(temporary, {episode: stored[episode] for episode in order})
+            _write_traces(temporary, {episode: stored[episode] for episode in order})
         write_text(self.directory / RECORDS, "".join(_dump(row) + "\n" for row in rows))
         header = {**self._header, **extra, "episodes": len(rows), "finished": True}
         write_text(self.directory / EVALUATION, _dump(header, indent=1))
@@ -151,7 +126,7 @@ class RecordWriter:
             return
         part = self.directory / PARTIAL / f"{self._parts:06d}.npz"
         with atomic_path(part) as temporary:
-            _write_trajectories(temporary, {_episode(played.row): played.trajectory for played in self._block})
+            _write_traces(temporary, {_episode(played.row): played.trace for played in self._block})
         rows = [json.loads(_dump(played.row)) for played in self._block]
         with open(self.directory / RECORDS, "a", encoding="utf-8") as file:
             file.write("".join(_dump(row) + "\n" for row in rows))
@@ -213,14 +188,14 @@ def load_evaluation(directory: str | Path) -> Evaluation:
     return Evaluation(directory, header, rows)
 
 
-def load_trajectories(evaluation: Evaluation) -> list[Trajectory]:
-    """Trajectories of an evaluation, one per row.
+def load_traces(evaluation: Evaluation) -> list[Trace]:
+    """Traces of an evaluation, one per row.
 
     Raises:
         RecordError: the file is missing, broken, or of other episodes.
     """
     path = evaluation.directory / TRAJECTORIES
-    stored = _read_trajectories(path)
+    stored = _read_traces(path)
     try:
         return [stored[_episode(row)] for row in evaluation.rows]
     except KeyError as error:
@@ -273,11 +248,7 @@ def _read_header(directory: Path) -> dict[str, Any]:
         raise RecordError(f"{path}: not valid JSON ({error}); evaluate again with prnav-eval --restart") from error
     if not isinstance(header, dict) or not isinstance(header.get("format"), int):
         raise RecordError(f"{path}: not an evaluation of prnav; make one with prnav-eval")
-    if header.get("benchmark") not in (None, BENCHMARK):
-        raise RecordError(
-            f"{path}: a result of benchmark {header['benchmark']}, and this version of prnav has {BENCHMARK}; evaluate "
-            f"again, or read it with prnav {header.get('version')}"
-        )
+    check_benchmark(header, path)
     if header["format"] > FORMAT:
         raise RecordError(f"{path}: format {header['format']} is newer than {FORMAT}, the newest known; update prnav")
     return header
@@ -295,33 +266,60 @@ def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
     return rows
 
 
-def _write_trajectories(path: Path, trajectories: Mapping[EpisodeId, Trajectory]) -> None:
-    items = list(trajectories.values())
-    arrays = {
-        "scene_id": np.array([scene for scene, _ in trajectories], dtype=np.str_),
-        "episode_id": np.array([episode for _, episode in trajectories], dtype=np.str_),
-        "steps": np.array([len(item.actions) for item in items], dtype=np.int64),
-        "positions": np.concatenate([np.zeros((0, 3)), *(item.positions for item in items)]),
-        "yaws": np.concatenate([np.zeros(0), *(item.yaws for item in items)]),
-        "actions": np.concatenate([np.zeros(0, np.int8), *(item.actions for item in items)]),
-        "collisions": np.concatenate([np.zeros(0, np.bool_), *(item.collisions for item in items)]),
+def check_benchmark(header: Header, path: Path) -> None:
+    """Hold a result to the benchmark of this version, where its task has one.
+
+    Raises:
+        RecordError: the result is of another version of it.
+    """
+    benchmark = header.get("benchmark")
+    if not isinstance(benchmark, str):
+        return
+    try:
+        current = task_spec(str(header.get("task", DEFAULT_TASK))).evaluation.current_benchmark(benchmark)
+    except ConfigError as error:
+        raise RecordError(f"{path}: {error}") from error
+    if benchmark != current:
+        raise RecordError(
+            f"{path}: a result of benchmark {benchmark}, and this version of prnav has {current}; evaluate again, or "
+            f"read it with prnav {header.get('version')}"
+        )
+
+
+def _write_traces(path: Path, traces: Mapping[EpisodeId, Trace]) -> None:
+    """All arrays end to end: those of states have T + 1 rows an episode, those of steps T."""
+    items = list(traces.values())
+    arrays: dict[str, NDArray[Any]] = {
+        "scene_id": np.array([scene for scene, _ in traces], dtype=np.str_),
+        "episode_id": np.array([episode for _, episode in traces], dtype=np.str_),
+        "steps": np.array([len(item) for item in items], dtype=np.int64),
     }
+    for kind in ("states", "steps"):
+        names = {"states": items[0].states, "steps": items[0].steps}[kind] if items else {}
+        for name in names:
+            arrays[name] = np.concatenate([item[name] for item in items])
     with open(path, "wb") as file:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
-def _read_trajectories(path: Path) -> dict[EpisodeId, Trajectory]:
+def _read_traces(path: Path) -> dict[EpisodeId, Trace]:
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        ends = np.cumsum(arrays["steps"])
-        begins = ends - arrays["steps"]
+        scenes, episodes, steps = (arrays.pop(name) for name in ("scene_id", "episode_id", "steps"))
+        ends = np.cumsum(steps)
+        begins = ends - steps
+        total, count = int(steps.sum()), len(steps)
+        states = {name: values for name, values in arrays.items() if len(values) == total + count}
+        events = {name: values for name, values in arrays.items() if len(values) == total}
+        if len(states) + len(events) != len(arrays) or "actions" not in events:
+            raise ValueError("arrays do not have a row for each step, or for each state")
         result = {}
-        for i, (scene, episode) in enumerate(zip(arrays["scene_id"], arrays["episode_id"], strict=True)):
+        for i, (scene, episode) in enumerate(zip(scenes, episodes, strict=True)):
             a, b = int(begins[i]), int(ends[i])
-            states = slice(a + i, b + i + 1)  # an episode of T steps has T + 1 states
-            result[str(scene), str(episode)] = Trajectory(
-                arrays["positions"][states], arrays["yaws"][states], arrays["actions"][a:b], arrays["collisions"][a:b]
+            result[str(scene), str(episode)] = Trace(
+                {name: values[a + i : b + i + 1] for name, values in states.items()},
+                {name: values[a:b] for name, values in events.items()},
             )
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise RecordError(f"{path}: cannot be read ({error}); evaluate again with --restart") from error

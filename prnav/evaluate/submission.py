@@ -1,25 +1,22 @@
 """The result file: one evaluation in a few kilobytes, which anyone with the records can compute again.
 
-It says what it is of, and stands beside the records. Verifying reads each episode's trajectory, works out path
-length, steps, collisions, success, SPL, SoftSPL and reward anew, holds the rows to them, and then the means and
-intervals to the rows.
+It says what it is of, and stands beside the records. Verifying reads each episode's trace, works its measures out
+anew by the task's rules, holds the rows to them, and then the means and intervals to the rows.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from prnav.domains.navigation.benchmark import BENCHMARK
-from prnav.domains.navigation.tasks import soft_spl, spl
-from prnav.errors import RecordError
-from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.records import RECORDS, TRAJECTORIES, Evaluation, load_evaluation, load_trajectories
+from prnav.catalog import task_spec
+from prnav.contracts import Evaluation
+from prnav.errors import ConfigError, RecordError
+from prnav.evaluate.records import RECORDS, TRAJECTORIES, check_benchmark, load_evaluation, load_traces
 from prnav.evaluate.summary import summarise
 from prnav.files import sha256_file, write_text
 
@@ -27,8 +24,6 @@ SUBMISSION = "submission.json"
 KIND, FORMAT = "prnav-result", 1
 TOLERANCE = 1e-9
 """How far a number may be from what is computed again: sums are taken in another order."""
-
-STOP = 0
 
 
 def write_submission(evaluation: Evaluation) -> Path:
@@ -55,6 +50,10 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
     told = _read(path)
     folder = path.parent if records is None else Path(records)
     evaluation = load_evaluation(folder)
+    try:
+        recompute = task_spec(told["task"]).evaluation.recompute
+    except ConfigError as error:
+        raise RecordError(f"{path}: {error}") from error
     for name, digest in told["sha256"].items():
         if name not in (RECORDS, TRAJECTORIES):
             raise RecordError(f"{path}: 'sha256' names {name!r}; valid: {RECORDS}, {TRAJECTORIES}")
@@ -66,8 +65,8 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
     for key, value in evaluation.header.items():
         if key not in ("format", "finished") and told.get(key) != value:
             raise RecordError(f"{path}: {key!r} is not that of the records in {folder}; make it anew with --submit")
-    for number, (row, track) in enumerate(zip(evaluation.rows, load_trajectories(evaluation), strict=True), start=1):
-        for key, value in measured(row, track, told).items():
+    for number, (row, track) in enumerate(zip(evaluation.rows, load_traces(evaluation), strict=True), start=1):
+        for key, value in recompute(row, track, told).items():
             if key in row and not abs(float(row[key]) - value) <= TOLERANCE:
                 raise RecordError(
                     f"{folder / RECORDS}: line {number}: {key} is {row[key]!r}, and its trajectory gives {value!r}; "
@@ -83,28 +82,6 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
     return evaluation
 
 
-def measured(row: Mapping[str, Any], track: Trajectory, head: Mapping[str, Any]) -> dict[str, float]:
-    """Measures of an episode worked out from its trajectory, its distances to the goal and the task's rules."""
-    rules = head["rules"]
-    stops = len(track.actions) > 0 and int(track.actions[-1]) == STOP
-    taken = float(np.linalg.norm(np.diff(track.positions, axis=0), axis=1).sum())
-    left, shortest = float(row["distance_to_goal"]), float(row["geodesic_distance"])
-    near = left <= rules["success_distance"]
-    success = near if head["task"] == "targetnav" else near and stops
-    walked = len(track.actions) - stops
-    reward = shortest - left - rules["slack"] * walked + rules["success_reward"] * success
-    return {
-        "success": float(success),
-        "spl": float(spl(success, shortest, taken)),
-        "soft_spl": float(soft_spl(left, shortest, taken)),
-        "soft_spl_closest": float(soft_spl(row["closest_distance"], shortest, taken)),
-        "path_length": taken,
-        "steps": float(len(track.actions)),
-        "collisions": float(track.collisions.sum()),
-        "reward": reward,
-    }
-
-
 def _read(path: Path) -> dict[str, Any]:
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
@@ -114,11 +91,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
     if told.get("format") != FORMAT:
         raise RecordError(f"{path}: format {told.get('format')!r}; this version of prnav reads {FORMAT}")
-    if told.get("benchmark") not in (None, BENCHMARK):
-        raise RecordError(
-            f"{path}: a result of benchmark {told['benchmark']}, and this version of prnav has {BENCHMARK}; verify it "
-            f"with prnav {told.get('version')}"
-        )
+    check_benchmark(told, path)
     lacking = [key for key in ("task", "rules", "measures", "sha256") if not isinstance(told.get(key), dict | str)]
     if lacking:
         raise RecordError(f"{path}: lacks {', '.join(lacking)}; make it anew with prnav-eval --submit")

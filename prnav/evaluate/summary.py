@@ -3,42 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.contracts.measures import BY_KEY, MEASURES
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import RESAMPLES, Interval, bootstrap_intervals
-
-
-@dataclass(frozen=True)
-class Measure:
-    """How a measure is named, printed and read."""
-
-    key: str
-    label: str
-    unit: str
-    decimals: int
-    better: int
-    """+1 where more is better, -1 where less is, 0 where neither."""
-
-
-MEASURES: tuple[Measure, ...] = (
-    Measure("success", "Success", "", 3, +1),
-    Measure("spl", "SPL", "", 3, +1),
-    Measure("soft_spl", "SoftSPL", "", 3, +1),
-    Measure("soft_spl_closest", "SoftSPL, closest", "", 3, +1),
-    Measure("distance_to_goal", "Distance to goal", "m", 2, -1),
-    Measure("collisions", "Collisions", "", 1, -1),
-    Measure("path_length", "Path length", "m", 2, 0),
-    Measure("steps", "Steps", "", 1, 0),
-    Measure("reward", "Reward", "", 2, +1),
-)
-"""Measures that are reported where records have them, in this order."""
-
-BY_KEY: Mapping[str, Measure] = {measure.key: measure for measure in MEASURES}
 
 
 def column(rows: Sequence[Mapping[str, Any]], key: str) -> NDArray[np.float64]:
@@ -50,7 +22,7 @@ def column(rows: Sequence[Mapping[str, Any]], key: str) -> NDArray[np.float64]:
 
 
 def summarise(rows: Sequence[Mapping[str, Any]], resamples: int = RESAMPLES, seed: int = 0) -> dict[str, Interval]:
-    """Mean and 95 % interval of every measure the rows have, in the order of :data:`MEASURES`.
+    """Mean and 95 % interval of every measure the rows have, in the order of :data:`prnav.contracts.MEASURES`.
 
     A measure that is infinite in some episode (the distance to a goal that cannot be reached) has an infinite mean.
     """

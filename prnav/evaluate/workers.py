@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
 from typing import TYPE_CHECKING, Any
 
+from prnav.catalog import task_spec
+from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
-from prnav.evaluate.evaluator import Played, play_episodes
+from prnav.play import TraceRecorder, play
 
 if TYPE_CHECKING:
-    from prnav.evaluate.navigation import Player, Questions
+    from prnav.evaluate.evaluation import Player, Questions
 
 PATIENCE = 1.0
 """How long to wait for an episode before looking whether the workers still live [s]."""
@@ -33,7 +35,7 @@ def play_in_processes(
     workers: int,
     on_played: Callable[[Played], None],
 ) -> None:
-    """Play each of ``todo`` once, as :func:`prnav.evaluate.evaluator.play_episodes` does, in ``workers`` processes.
+    """Play each of ``todo`` once, as :func:`prnav.play.play` does, in ``workers`` processes.
 
     Raises:
         PrnavError: what a worker met, or that one died.
@@ -41,7 +43,7 @@ def play_in_processes(
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
     answers: Queue[Any] = context.Queue()
-    asked = (questions.config, questions.limit, questions.up)
+    asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
     processes = [context.Process(target=_work, args=arguments, daemon=True) for _ in range(workers)]
@@ -74,22 +76,20 @@ def play_in_processes(
 
 def _work(
     player: Player,
-    asked: tuple[Any, int | None, str | None],
+    asked: tuple[str, TaskConfig, int | None],
     todo: Sequence[int],
     seed: int,
     num_slots: int,
     counter: Any,
     answers: Queue[Any],
 ) -> None:
-    """A worker's life."""
-    from prnav.domains.navigation.env.episode_source import load_source
-
+    """Play until no episode is left."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
-        config, limit, up = asked
-        slots, agent = player.build(load_source(config, limit=limit, up=up), num_slots)
-        play_episodes(slots, agent, _next(todo, counter), seed, answers.put)
+        name, config, limit = asked
+        slots, agent = player.build(task_spec(name).load(config, limit=limit), num_slots)
+        play(agent, slots, _next(todo, counter), seed, [TraceRecorder(answers.put)])
     except PrnavError as error:
         answers.put(error)
     answers.close()

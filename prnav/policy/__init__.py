@@ -1,28 +1,28 @@
-"""Policies: from observations and a recurrent state to actions and values.
+"""Policies: from observations and what is remembered to distributions over actions, and values.
 
-A policy knows spaces and tensors, never environments.
+A policy is an encoder, a memory (:mod:`prnav.policy.memory`) and an action head (:mod:`prnav.policy.actions`). It knows
+specs and tensors, never environments.
 """
 
-from prnav.policy.actor_critic import (
-    PolicyStep,
-    RecurrentPolicy,
-    build_policy,
-    entropies,
-    log_probabilities,
-    sample_actions,
-)
-from prnav.policy.config import PolicyConfig
-from prnav.policy.recurrence import RecurrentCore, Segments, segment
+from prnav.policy.actions import ActionDistribution, ActionHead, Categorical, Gaussian, action_head
+from prnav.policy.actor_critic import Policy, PolicyStep, build_policy
+from prnav.policy.config import ENCODERS, PolicyConfig
+from prnav.policy.memory import MEMORIES, Cut, Cutter, Memory, State
 
 __all__ = [
+    "ENCODERS",
+    "MEMORIES",
+    "ActionDistribution",
+    "ActionHead",
+    "Categorical",
+    "Cut",
+    "Cutter",
+    "Gaussian",
+    "Memory",
+    "Policy",
     "PolicyConfig",
     "PolicyStep",
-    "RecurrentCore",
-    "RecurrentPolicy",
-    "Segments",
+    "State",
+    "action_head",
     "build_policy",
-    "entropies",
-    "log_probabilities",
-    "sample_actions",
-    "segment",
 ]

@@ -1,180 +1,164 @@
-"""The recurrent actor-critic: encoder, LSTM, a categorical actor and a critic.
+"""The actor-critic: encoder, memory, an actor for the kind of actions, and a critic.
 
-Letters in shapes: T steps, N environments, A actions, H hidden units, L layers of the state. The policy holds no state
-of its own: recurrent states go in and come out, and the caller brings the random numbers. L counts the LSTM's layers,
-and with ``displacement`` one more, whose first units keep the last GPS and compass.
+Letters in shapes: T steps, N environments, M rows whose losses are taken, U rows that are encoded for them. An action's
+own axes are written "...": none for discrete actions, (D,) for vectors. The policy holds no state of its own: memory
+states go in and come out, and the caller brings the random numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
 from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
-from prnav.policy.camera_encoders import ALL_ENCODERS
-from prnav.policy.config import PolicyConfig
-from prnav.policy.encoders import Observations, Shapes, orthogonal
-from prnav.policy.features import displacement_features
-from prnav.policy.recurrence import RecurrentCore, Segments, segment
+from prnav.contracts import ActionSpec, ObservationSpecs
+from prnav.policy.actions import ActionDistribution, action_head
+from prnav.policy.actions.head import small_network
+from prnav.policy.config import ENCODERS, PolicyConfig
+from prnav.policy.memory import MEMORIES, Cutter, Inputs, Memory, State
+from prnav.policy.observed import Observations
 
-ACTION_WIDTH = 16
-"""Width of the embedding of the previous action."""
-
-FIXES = {"gps", "compass"}
+FIXES = ("gps", "compass")
 """Observations that tell how far an agent has moved."""
 
 
 class PolicyStep(NamedTuple):
     """What a policy says at one step."""
 
-    logits: Tensor
-    """Unnormalised log probabilities of the actions, (N, A)."""
+    distribution: ActionDistribution
+    """Of the actions, N of them."""
     values: Tensor
     """Expected discounted return from here on, (N,)."""
-    state: Tensor
-    """Recurrent state after this step, (2, L, N, H)."""
+    state: State
+    """The memory's state after this step."""
 
 
-class RecurrentPolicy(nn.Module):
-    """Policy over dictionary observations with discrete actions."""
+class Policy(nn.Module):
+    """Policy over dictionary observations: encoder x memory x action head."""
 
-    def __init__(self, config: PolicyConfig, shapes: Shapes, actions: int) -> None:
+    def __init__(self, config: PolicyConfig, observation_specs: ObservationSpecs, action_spec: ActionSpec) -> None:
         super().__init__()
         self.config = config
-        self.shapes = dict(shapes)
-        self.actions = actions
-        self.encoder = ALL_ENCODERS[config.encoder](config, shapes)
+        self.observation_specs = dict(observation_specs)
+        self.head = action_head(action_spec)
+        self.encoder = _encoder(config, observation_specs)
         self.encoder_type: torch.dtype | None = None
         """Type of the encoder's products, such as bfloat16; None is that of its weights."""
-        extra = ACTION_WIDTH if config.previous_action else 0
-        self.displacement = config.displacement and FIXES <= set(shapes)
-        extra += 2 if self.displacement else 0
-        # row A stands for "no action yet", at the first step of an episode
-        self.action_embedding = nn.Embedding(actions + 1, ACTION_WIDTH) if config.previous_action else None
-        inputs = config.width + extra
-        self.core = RecurrentCore(inputs, config.lstm_hidden, config.lstm_layers)
-        outputs = config.lstm_hidden + (inputs if config.skip else 0)
-        self.actor = _head(outputs, config.head_hidden, actions, gain=0.01)
-        self.critic = _head(outputs, config.head_hidden, 1, gain=1.0)
+        self.action_embedding = self.head.previous() if config.previous_action else None
+        self.has_fixes = set(FIXES) <= set(observation_specs)
+        features = config.width + (self.head.previous_width if config.previous_action else 0)
+        self.core: Memory = MEMORIES[config.memory](features, config, self.has_fixes)
+        self.actor = self.head.actor(self.core.outputs, config.head_hidden)
+        self.critic = small_network(self.core.outputs, config.head_hidden, 1, gain=1.0)
 
-    def initial_state(self, environments: int) -> Tensor:
-        """Recurrent state (2, L, N, H) before the first step."""
-        state = self.core.initial_state(environments)
-        return torch.cat([state, torch.zeros_like(state[:, :1])], dim=1) if self.displacement else state
+    @property
+    def action_spec(self) -> ActionSpec:
+        """What the policy's agents can do."""
+        return self.head.spec
 
-    def step(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> PolicyStep:
+    @property
+    def device(self) -> torch.device:
+        """Where the weights lie."""
+        return next(self.parameters()).device
+
+    def initial_state(self, environments: int) -> State:
+        """The memory's state of N environments before the first step."""
+        return self.core.initial_state(environments)
+
+    def initial_actions(self, environments: int) -> Tensor:
+        """Stands for the previous actions (N, ...) before the first step."""
+        return self.head.none_yet(environments, device=self.device)
+
+    def step(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State) -> PolicyStep:
         """One step of N environments.
 
         Args:
-            observations: key -> (N, ...).
-            previous_actions: Action taken before this step, (N,) int64; ignored where ``starts``.
-            starts: True at the first step of an episode, (N,) bool: the state is forgotten there.
-            state: Recurrent state (2, L, N, H).
+            observations: name -> (N, ...).
+            previous_actions: Action taken before this step, (N, ...); ignored where ``starts``.
+            starts: True at the first step of an episode, (N,) bool: what the memory holds is forgotten there.
+            state: The memory's state.
         """
-        rows = {key: value[None] for key, value in observations.items()}
-        features = self._features(rows, previous_actions[None], starts[None], state)
-        outputs, after = self.core.step(features, state[:, : self.config.lstm_layers], starts)
-        outputs = self._head_inputs(outputs, features)
-        if self.displacement:
-            fix = functional.pad(_fixes(observations), (0, self.config.lstm_hidden - 3))
-            after = torch.cat([after, torch.stack([fix, torch.zeros_like(fix)])[:, None]], dim=1)
-        return PolicyStep(self.actor(outputs), self.critic(outputs)[:, 0], after)
+        inputs = self._inputs(observations, previous_actions, starts)
+        outputs, after = self.core.step(inputs, state, starts)
+        return PolicyStep(self.head.distribution(self.actor(outputs)), self.critic(outputs)[:, 0], after)
+
+    def evaluate(
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State, plan: object
+    ) -> tuple[ActionDistribution, Tensor]:
+        """Distributions and values (M,) of the targets of a cut (:class:`prnav.policy.memory.Cut`).
+
+        Args:
+            observations: Of its frames, name -> (U, ...).
+            previous_actions: Of its frames, (U, ...).
+            starts: Of its frames, (U,) bool.
+            state: Of its environments, before the rollout.
+            plan: Its plan.
+        """
+        inputs = self._inputs(observations, previous_actions, starts)
+        outputs = self.core.sequence(inputs, state, starts, plan)
+        return self.head.distribution(self.actor(outputs)), self.critic(outputs)[:, 0]
+
+    def cutter(self, starts: Tensor) -> Cutter:
+        """What cuts a rollout with these ``starts`` (T, N) into mini-batches."""
+        return self.core.cutter(starts.cpu().numpy(), self.device)
 
     def sequence(
-        self,
-        observations: Observations,
-        previous_actions: Tensor,
-        starts: Tensor,
-        state: Tensor,
-        segments: Segments | None = None,
-    ) -> tuple[Tensor, Tensor]:
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State
+    ) -> tuple[ActionDistribution, Tensor]:
         """A whole rollout at once; equals :meth:`step` done T times.
 
         Args:
-            observations: key -> (T, N, ...).
-            previous_actions: (T, N) int64.
+            observations: name -> (T, N, ...).
+            previous_actions: (T, N, ...).
             starts: (T, N) bool.
-            state: Recurrent state before the first step, (2, L, N, H).
-            segments: ``segment(starts)``, for callers that run one rollout many times.
+            state: The memory's state before the first step.
 
         Returns:
-            Logits (T, N, A) and values (T, N).
+            Distributions and values, both (T, N).
         """
-        segments = segments or segment(starts.cpu().numpy(), starts.device)
-        features = self._features(observations, previous_actions, starts, state)
-        outputs = self._head_inputs(
-            self.core.sequence(features, state[:, : self.config.lstm_layers], segments), features
-        )
-        return self.actor(outputs).view(*starts.shape, -1), self.critic(outputs).view(starts.shape)
+        cutter = self.cutter(starts)
+        cut = cutter.cut(np.arange(cutter.units))
+        rows = {name: value.flatten(0, 1) for name, value in observations.items()}
+        state = self.core.select(state, torch.from_numpy(cut.environments).to(self.device))
+        distribution, values = self.evaluate(rows, previous_actions.flatten(0, 1), starts.flatten(), state, cut.plan)
+        parameters = distribution.parameters.view(*starts.shape, -1)
+        return self.head.distribution(parameters), values.view(starts.shape)
 
-    def _features(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: Tensor) -> Tensor:
-        """Inputs of the core (T * N, F) from rows (T, N, ...) and the state before the first."""
-        flat = {key: value.flatten(0, 1) for key, value in observations.items()}
-        parts = [self._encode(flat)]
+    def _inputs(self, observations: Observations, previous_actions: Tensor, starts: Tensor) -> Inputs:
+        """What the memory is given of rows (B, ...)."""
+        features = self._encode(observations or {"nothing": starts.new_zeros(len(starts), 0)})
         if self.action_embedding is not None:
-            actions = torch.where(starts, self.actions, previous_actions)
-            parts.append(self.action_embedding(actions.flatten()))
-        if self.displacement:
-            fixes = _fixes(observations)
-            last = torch.cat([state[0, -1:, :, :3], fixes[:-1]])
-            moved = displacement_features(fixes, last) * (~starts)[..., None].to(fixes.dtype)
-            parts.append(moved.flatten(0, 1))
-        return torch.cat(parts, dim=-1)
+            features = torch.cat([features, self.action_embedding(previous_actions, starts)], dim=-1)
+        fixes = torch.cat([observations[name] for name in FIXES], dim=-1) if self.has_fixes else None
+        return Inputs(features, fixes)
 
     def _encode(self, observations: Observations) -> Tensor:
         """Encoding (B, D) in float32."""
         if self.encoder_type is None:
-            return self.encoder(observations)
-        with torch.autocast(next(self.parameters()).device.type, dtype=self.encoder_type):
             encoding: Tensor = self.encoder(observations)
+            return encoding
+        with torch.autocast(self.device.type, dtype=self.encoder_type):
+            encoding = self.encoder(observations)
             return encoding.float()
 
-    def _head_inputs(self, outputs: Tensor, features: Tensor) -> Tensor:
-        return torch.cat([outputs, features], dim=-1) if self.config.skip else outputs
 
-
-def _fixes(observations: Observations) -> Tensor:
-    return torch.cat([observations["gps"], observations["compass"]], dim=-1)
-
-
-def _head(inputs: int, hidden: int, outputs: int, gain: float) -> nn.Module:
-    if not hidden:
-        return orthogonal(nn.Linear(inputs, outputs), gain)
-    return nn.Sequential(orthogonal(nn.Linear(inputs, hidden)), nn.ReLU(), orthogonal(nn.Linear(hidden, outputs), gain))
+def _encoder(config: PolicyConfig, specs: ObservationSpecs) -> nn.Module:
+    module, _, name = ENCODERS[config.encoder].partition(":")
+    encoder: nn.Module = getattr(importlib.import_module(module), name)(config, specs)
+    return encoder
 
 
 def build_policy(
-    config: PolicyConfig, shapes: Mapping[str, tuple[int, ...]], actions: int, seed: int = 0
-) -> RecurrentPolicy:
-    """A policy with weights drawn from ``seed``, for observations of these shapes (no batch axis) and so many actions.
+    config: PolicyConfig, observation_specs: ObservationSpecs, action_spec: ActionSpec, seed: int = 0
+) -> Policy:
+    """A policy with weights drawn from ``seed``, for agents that are shown and can do what the specs say.
 
     Raises:
         ConfigError: the encoder needs an observation that is not there.
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        return RecurrentPolicy(config, shapes, actions)
-
-
-def sample_actions(logits: Tensor, uniforms: Tensor | None) -> Tensor:
-    """Actions (...,) from logits (..., A): sampled with ``uniforms`` in (0, 1) of the same shape, or the likeliest.
-
-    The noise comes from the caller (Gumbel's trick), so that an agent's actions depend on its own numbers alone.
-    """
-    if uniforms is None:
-        return logits.argmax(dim=-1)
-    return (logits - torch.log(-torch.log(uniforms))).argmax(dim=-1)
-
-
-def log_probabilities(logits: Tensor, actions: Tensor) -> Tensor:
-    """Log probability (...,) of ``actions`` (...,) under logits (..., A)."""
-    return functional.log_softmax(logits, dim=-1).gather(-1, actions[..., None])[..., 0]
-
-
-def entropies(logits: Tensor) -> Tensor:
-    """Entropy [nats] (...,) of the distributions with logits (..., A)."""
-    log_probs = functional.log_softmax(logits, dim=-1)
-    return -(log_probs.exp() * log_probs).sum(dim=-1)
+        return Policy(config, observation_specs, action_spec)

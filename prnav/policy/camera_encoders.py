@@ -6,7 +6,7 @@ Letters in shapes: B batch, K cameras, H and W pixels, D encoder width. Pictures
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,23 +17,15 @@ from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
+from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
+from prnav.policy.actions.head import orthogonal
 from prnav.policy.block_kernels import COMPILED, Floats
 from prnav.policy.config import PolicyConfig
-from prnav.policy.encoders import (
-    DESIGN,
-    ENCODERS,
-    Observations,
-    Shapes,
-    TokenTransformer,
-    orthogonal,
-    scale_readings,
-    token_parts,
-    vector_keys,
-)
+from prnav.policy.encoders import TokenTransformer, scale_readings, token_parts
 from prnav.policy.features import vector_features
+from prnav.policy.observed import Observations, seen_with_design, vector_keys
 
-CAMERA = "camera"
 PATCH = 16
 """Pixels per side of a patch (paper, section "Architecture")."""
 
@@ -41,20 +33,16 @@ PICTURES_AT_ONCE, PICTURES_AT_ONCE_ON_GPU = 16, 4096
 """Pictures that are turned into patches at a time: on a CPU (3 MB at 128 x 128), patches are read while in cache."""
 
 
-def _camera_shape(shapes: Shapes, encoder: str) -> tuple[int, int, int]:
-    """K, pixels per side, and the length of one design vector."""
-    if CAMERA not in shapes or DESIGN not in shapes:
-        raise ConfigError(
-            f"policy encoder {encoder!r} needs the observations {CAMERA!r} and {DESIGN!r}; the environment gives "
-            f"{', '.join(sorted(shapes))}; set env.camera_size, or use another encoder"
-        )
-    cameras, rows, columns, _ = shapes[CAMERA]
+def _pictures(specs: ObservationSpecs, encoder: str) -> tuple[str, str, tuple[int, int, int]]:
+    """Names of pictures and design; K, pixels per side, and the length of one design vector."""
+    pictures, design = seen_with_design(specs, "image", encoder, "set env.camera_size, or use another encoder")
+    cameras, rows, columns, _ = specs[pictures].shape
     if rows % PATCH or columns % PATCH:
         raise ConfigError(
             f"policy encoder {encoder!r} needs pictures whose sides are multiples of {PATCH}; they have {rows} x "
             f"{columns} pixels: change env.camera_size"
         )
-    return cameras, rows, shapes[DESIGN][1]
+    return pictures, design, (cameras, rows, specs[design].shape[1])
 
 
 def pixels(pictures: Tensor) -> Tensor:
@@ -126,17 +114,17 @@ class PatchMap(torch.autograd.Function):
 class CameraEncoder(TokenTransformer):
     """The photoreceptors' transformer over patches: one token [flat patch of 16 x 16 pixels, design, its place]."""
 
-    def make_sight(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def make_sight(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         """Places in the picture, and the map to tokens."""
-        _, side, design = _camera_shape(shapes, config.encoder)
+        self.pictures, self.design, (_, side, design) = _pictures(specs, config.encoder)
         self.positions = nn.Parameter(0.02 * torch.randn((side // PATCH) ** 2, config.position_width))
         self.patch_token = nn.Linear(PATCH * PATCH * 3 + design + config.position_width, config.width)
 
     def sight_tokens(self, observations: Observations) -> Tensor:
         """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
-        pictures = observations[CAMERA]
-        of_patch, designs, places = token_parts(self.patch_token, observations[DESIGN], self.positions)
-        sight = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
+        pictures = observations[self.pictures]
+        of_patch, designs, places = token_parts(self.patch_token, observations[self.design], self.positions)
+        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
         return (sight + designs[:, :, None] + places).flatten(1, 2)
 
 
@@ -147,9 +135,9 @@ class ResNetEncoder(nn.Module):
     go through one linear layer.
     """
 
-    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         super().__init__()
-        cameras, _, design = _camera_shape(shapes, config.encoder)
+        self.pictures, self.design, (cameras, _, design) = _pictures(specs, config.encoder)
         try:
             resnet = importlib.import_module("torchvision.models").resnet50
         except (
@@ -164,21 +152,18 @@ class ResNetEncoder(nn.Module):
         self.backbone = resnet(norm_layer=lambda channels: nn.GroupNorm(32, channels))
         features = self.backbone.fc.in_features
         self.backbone.fc = nn.Identity()
-        self.keys = vector_keys(shapes)
-        vectors = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
+        self.keys = vector_keys(specs)
+        vectors = sum(vector_features(key, specs[key].shape[0])[1] for key in self.keys)
         self.join = nn.Sequential(
             orthogonal(nn.Linear(cameras * (features + design) + vectors, config.width)), nn.ReLU()
         )
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
-        pictures = pixels(observations[CAMERA])
+        pictures = pixels(observations[self.pictures])
         batch = len(pictures)
         channels_first = pictures.flatten(0, 1).permute(0, 3, 1, 2)
-        parts = [self.backbone(channels_first).view(batch, -1), observations[DESIGN].flatten(1)]
+        parts = [self.backbone(channels_first).view(batch, -1), observations[self.design].flatten(1)]
         parts += [vector_features(key, 0)[0](observations[key]) for key in self.keys]
-        return self.join(torch.cat(parts, dim=-1))
-
-
-ALL_ENCODERS: Mapping[str, type[nn.Module]] = {**ENCODERS, "camera": CameraEncoder, "resnet50": ResNetEncoder}
-"""All by the name that a config gives them."""
+        encoding: Tensor = self.join(torch.cat(parts, dim=-1))
+        return encoding

@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-EncoderName = Literal["transformer", "compact", "blind", "camera", "resnet50"]
+ENCODERS: Mapping[str, str] = {
+    "transformer": "prnav.policy.encoders:TransformerEncoder",
+    "compact": "prnav.policy.encoders:CompactEncoder",
+    "blind": "prnav.policy.encoders:BlindEncoder",
+    "state": "prnav.policy.encoders:StateEncoder",
+    "camera": "prnav.policy.camera_encoders:CameraEncoder",
+    "resnet50": "prnav.policy.camera_encoders:ResNetEncoder",
+}
+"""Module and class of each encoder, by the name that a config gives it: a subclass of ``torch.nn.Module`` that is made
+from (config, observation specs) and maps observations (B, ...) by name to encodings (B, width)."""
 
 
 @dataclass(frozen=True)
 class PolicyConfig:
-    """Encoder, recurrent core and heads of a policy.
+    """Encoder, memory and heads of a policy.
 
     The paper gives the shape (three transformer layers, a 2-layer LSTM, actor and critic) and no widths; the widths
     here are those of DD-PPO's agents, rounded to what a GPU likes. On a CPU take the compact encoder and a smaller
     core, as ``configs/quickstart.toml`` does.
     """
 
-    encoder: EncoderName = "transformer"
+    encoder: str = "transformer"
     """"transformer": the paper's, one token per photoreceptor; "compact": one MLP over all readings and designs, for
-    CPUs; "blind": no readings at all (the paper's intelligent blind agent); "camera": the same transformer over a
-    camera's patches of 16 x 16 pixels; "resnet50": torchvision's, with group norm. The last two need
-    ``env.camera_size``."""
+    CPUs; "blind": the vectors alone, and a learned constant where there are none (the paper's intelligent blind agent);
+    "state": the vectors alone, which must be there (an upper bound, where they are the simulator's state); "camera":
+    the same transformer over a camera's patches of 16 x 16 pixels; "resnet50": torchvision's, with group norm. The last
+    two need pictures, such as ``env.camera_size`` gives."""
     width: int = 128
     """Width of the encoder's output, of the transformer's tokens and of the MLP's hidden layer."""
     transformer_layers: int = 3
@@ -30,28 +41,36 @@ class PolicyConfig:
     """Hidden units of the MLP in each transformer layer."""
     position_width: int = 16
     """Width of the learned embedding of a photoreceptor's place in its grid."""
+    memory: Literal["lstm", "stack", "none"] = "lstm"
+    """"lstm": the paper's in navigation; "stack": the encodings of the last ``frames`` steps side by side, the paper's
+    in the DeepMind Control Suite; "none": the encoding of the step alone."""
+    frames: int = 3
+    """Steps that the stack holds, this one included."""
     lstm_hidden: int = 512
     lstm_layers: int = 2
     skip: bool = False
     """Whether actor and critic also see what the LSTM is given: short runs learn sooner what needs no
-    memory. The paper's agents have no such path."""
+    memory. The paper's agents have no such path. With another memory they always see it."""
     head_hidden: int = 0
     """Hidden units of the actor's and the critic's MLP; 0 makes them linear."""
     previous_action: bool = True
-    """Whether the last action, embedded, is an input of the recurrent core (as in DD-PPO's agents)."""
+    """Whether the last action is an input of the memory (as in DD-PPO's agents): embedded where it is one of a few, as
+    it is where it is a vector."""
     displacement: bool = False
-    """Whether the way moved since the last step, by GPS and compass, is an input of the recurrent core. An LSTM can
+    """Whether the way moved since the last step, by GPS and compass, is an input of the LSTM. It can
     learn this difference, but not soon: with it, an agent of few steps notices that it is stuck."""
 
     def __post_init__(self) -> None:
+        if self.encoder not in ENCODERS:
+            raise ValueError(f"encoder is {self.encoder!r}; valid: {', '.join(ENCODERS)}")
         for name in ("width", "transformer_layers", "transformer_heads", "feedforward", "position_width"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("lstm_hidden", "lstm_layers"):
+        for name in ("lstm_hidden", "lstm_layers", "frames"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        if self.displacement and self.lstm_hidden < 3:
-            raise ValueError(f"lstm_hidden is {self.lstm_hidden}; with displacement it must be at least 3")
+        if self.displacement and self.memory != "lstm":
+            raise ValueError(f"displacement is an input of the LSTM, and memory is {self.memory!r}; leave it out")
         if self.head_hidden < 0:
             raise ValueError(f"head_hidden is {self.head_hidden}; it must be 0 (linear heads) or more")
         if self.encoder in ("transformer", "camera") and self.width % self.transformer_heads:

@@ -7,25 +7,20 @@ Letters in shapes: B batch, K sensors, P photoreceptors per sensor (grid * grid)
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
+from prnav.policy.actions.head import orthogonal
 from prnav.policy.block_cpu import block as block_on_cpu
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import vector_features
+from prnav.policy.observed import Observations, batch_size, seen_with_design, vector_keys
 from prnav.policy.readout_cpu import attended_readout
 from prnav.policy.tokens_cpu import Tokens
 
-Observations = Mapping[str, Tensor]
-Shapes = Mapping[str, tuple[int, ...]]
-
-READINGS = "photoreceptors"
-DESIGN = "design"
 GOAL = "pointgoal"
 
 
@@ -34,70 +29,68 @@ def scale_readings(readings: Tensor) -> Tensor:
     return 4.0 * readings - 2.0
 
 
-def orthogonal(layer: nn.Linear, gain: float = math.sqrt(2.0)) -> nn.Linear:
-    """``layer`` with an orthogonal weight of the given gain and no bias."""
-    nn.init.orthogonal_(layer.weight, gain)
-    nn.init.zeros_(layer.bias)
-    return layer
-
-
-def vector_keys(shapes: Shapes) -> list[str]:
-    """Keys of the vector observations that an encoder reads, in a fixed order."""
-    return sorted(key for key, shape in shapes.items() if len(shape) == 1)
-
-
-def _sensor_shape(shapes: Shapes, encoder: str) -> tuple[int, int, int]:
-    """K, P and the length of one design vector."""
-    if READINGS not in shapes or DESIGN not in shapes:
+def _receptors(specs: ObservationSpecs, encoder: str) -> tuple[str, str, tuple[int, int, int]]:
+    """Names of readings and design; K, P and the length of one design vector."""
+    readings, design = seen_with_design(specs, "receptors", encoder, "use encoder 'blind' for an agent that sees none")
+    shape, of_design = specs[readings].shape, specs[design].shape
+    if len(shape) != 3 or shape[2] != 3 or len(of_design) != 2 or of_design[0] != shape[0]:
         raise ConfigError(
-            f"policy encoder {encoder!r} needs the observations {READINGS!r} and {DESIGN!r}; the environment gives "
-            f"{', '.join(sorted(shapes))}; use encoder 'blind' for an agent without photoreceptors"
+            f"policy encoder {encoder!r} needs {readings} (K, P, 3) and {design} (K, 7); it got {shape} and {of_design}"
         )
-    sensors, receptors, channels = shapes[READINGS]
-    if channels != 3 or shapes[DESIGN][0] != sensors:
-        raise ConfigError(
-            f"policy encoder {encoder!r} needs {READINGS} (K, P, 3) and {DESIGN} (K, 7); "
-            f"it got {shapes[READINGS]} and {shapes[DESIGN]}"
-        )
-    return sensors, receptors, shapes[DESIGN][1]
+    return readings, design, (shape[0], shape[1], of_design[1])
 
 
 class BlindEncoder(nn.Module):
-    """MLP over the vector observations alone: GPS, compass and, where the task gives one, the goal."""
+    """MLP over the vector observations alone: GPS, compass and, where the task gives one, the goal.
 
-    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+    Where there are none, its input is a learned constant: the policy can then do no better than one sequence of
+    actions, by its memory and by what it did before (the paper's blind agent in the DeepMind Control Suite).
+    """
+
+    def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         super().__init__()
-        self.keys = vector_keys(shapes)
-        self.inputs = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
-        if not self.inputs:
-            raise ConfigError(
-                f"policy encoder 'blind' has nothing to see: the environment gives {', '.join(sorted(shapes))}, "
-                f"none of them a vector; use encoder 'compact' or 'transformer'"
-            )
+        self.keys = vector_keys(specs)
+        inputs = sum(vector_features(key, specs[key].shape[0])[1] for key in self.keys) or config.width
         self.layers = nn.Sequential(
-            orthogonal(nn.Linear(self.inputs, config.width)),
+            orthogonal(nn.Linear(inputs, config.width)),
             nn.ReLU(),
             orthogonal(nn.Linear(config.width, config.width)),
             nn.ReLU(),
         )
+        self.constant = None if self.keys else nn.Parameter(torch.randn(config.width))
 
     def vectors(self, observations: Observations) -> Tensor:
         """Features of all vector observations, (B, inputs)."""
+        if self.constant is not None:
+            return self.constant.expand(batch_size(observations), -1)
         return torch.cat([vector_features(key, 0)[0](observations[key]) for key in self.keys], dim=-1)
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
-        return self.layers(self.vectors(observations))
+        encoding: Tensor = self.layers(self.vectors(observations))
+        return encoding
+
+
+class StateEncoder(BlindEncoder):
+    """The same MLP for agents that are given the simulator's state: an upper bound of what sensors can be worth."""
+
+    def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
+        if not vector_keys(specs):
+            raise ConfigError(
+                f"policy encoder 'state' needs a vector observation; the environment gives "
+                f"{', '.join(sorted(specs)) or 'nothing'}; let it give its state, or use another encoder"
+            )
+        super().__init__(config, specs)
 
 
 class CompactEncoder(nn.Module):
     """MLP over all readings, all designs and the vector observations at once: about 100 times cheaper than tokens."""
 
-    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         super().__init__()
-        sensors, receptors, design = _sensor_shape(shapes, config.encoder)
-        self.keys = vector_keys(shapes)
-        vectors = sum(vector_features(key, shapes[key][0])[1] for key in self.keys)
+        self.readings, self.design, (sensors, receptors, design) = _receptors(specs, config.encoder)
+        self.keys = vector_keys(specs)
+        vectors = sum(vector_features(key, specs[key].shape[0])[1] for key in self.keys)
         self.layers = nn.Sequential(
             orthogonal(nn.Linear(sensors * receptors * 3 + sensors * design + vectors, config.width)),
             nn.ReLU(),
@@ -107,9 +100,10 @@ class CompactEncoder(nn.Module):
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
-        parts = [scale_readings(observations[READINGS]).flatten(1), observations[DESIGN].flatten(1)]
+        parts = [scale_readings(observations[self.readings]).flatten(1), observations[self.design].flatten(1)]
         parts += [vector_features(key, 0)[0](observations[key]) for key in self.keys]
-        return self.layers(torch.cat(parts, dim=-1))
+        encoding: Tensor = self.layers(torch.cat(parts, dim=-1))
+        return encoding
 
 
 def _fast(tokens: Tensor) -> bool:
@@ -164,26 +158,28 @@ class TransformerBlock(nn.Module):
     def _finish(self, tokens: Tensor, attended: Tensor) -> Tensor:
         """Tokens (..., D) after the rest of the layer."""
         tokens = tokens + self.attention_out(attended)
-        return tokens + self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
+        changed: Tensor = self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
+        return tokens + changed
 
 
 class TokenTransformer(nn.Module):
     """Tokens of what is seen, after a readout token and tokens of the vectors; the encoding is the readout's output.
 
-    GPS and compass make one token, the goal, where the task has one, another. What the last layer makes of all other
-    tokens than the readout is never asked for, and not computed.
+    The goal, where the task has one, makes a token, all other vectors, such as GPS and compass, another. What the last
+    layer makes of all other tokens than the readout is never asked for, and not computed.
     """
 
-    def __init__(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def __init__(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         super().__init__()
-        width = config.width
-        self.make_sight(config, shapes)
+        width = self.width = config.width
+        self.make_sight(config, specs)
         self.readout = nn.Parameter(0.02 * torch.randn(width))
-        keys = vector_keys(shapes)
+        keys = vector_keys(specs)
         self.groups = [[key for key in keys if key != GOAL], [key for key in keys if key == GOAL]]
         self.groups = [group for group in self.groups if group]
         self.vector_tokens = nn.ModuleList(
-            nn.Linear(sum(vector_features(key, shapes[key][0])[1] for key in group), width) for group in self.groups
+            nn.Linear(sum(vector_features(key, specs[key].shape[0])[1] for key in group), width)
+            for group in self.groups
         )
         self.blocks = nn.ModuleList(
             TransformerBlock(width, config.transformer_heads, config.feedforward)
@@ -191,7 +187,7 @@ class TokenTransformer(nn.Module):
         )
         self.norm = nn.LayerNorm(width)
 
-    def make_sight(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def make_sight(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         """Make the layers of :meth:`sight_tokens`."""
         raise NotImplementedError
 
@@ -200,7 +196,9 @@ class TokenTransformer(nn.Module):
         raise NotImplementedError
 
     def vectors(self, observations: Observations) -> Tensor:
-        """Tokens (B, V, D) of the vectors."""
+        """Tokens (B, V, D) of the vectors, of which there may be none."""
+        if not self.groups:
+            return self.readout.new_zeros(batch_size(observations), 0, self.width)
         return torch.stack(
             [
                 layer(torch.cat([vector_features(key, 0)[0](observations[key]) for key in group], dim=-1))
@@ -213,7 +211,8 @@ class TokenTransformer(nn.Module):
         """Input tokens (B, S, D): readout, vectors, then what is seen."""
         sight = self.sight_tokens(observations)
         readout = self.readout.to(sight.dtype).expand(len(sight), 1, -1)
-        return torch.cat([readout, self.vectors(observations), sight], dim=1)
+        vectors = [self.vectors(observations)] if self.groups else []
+        return torch.cat([readout, *vectors, sight], dim=1)
 
     def forward(self, observations: Observations) -> Tensor:
         """Encoding (B, D)."""
@@ -222,7 +221,8 @@ class TokenTransformer(nn.Module):
             tokens = block(tokens)
         last = self.blocks[-1]
         assert isinstance(last, TransformerBlock)
-        return self.norm(last.first(tokens))
+        encoding: Tensor = self.norm(last.first(tokens))
+        return encoding
 
 
 def token_parts(layer: nn.Linear, designs: Tensor, positions: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -237,7 +237,7 @@ def token_parts(layer: nn.Linear, designs: Tensor, positions: Tensor) -> tuple[T
         The weight (D, ...) of what is seen; what designs (B, K, D) and places (P, D) add.
     """
     design, place = designs.shape[-1], positions.shape[1]
-    of_seen, of_design, of_place = layer.weight.split([layer.in_features - design - place, design, place], dim=1)
+    of_seen, of_design, of_place = torch.split(layer.weight, [layer.in_features - design - place, design, place], dim=1)
     return of_seen, functional.linear(designs, of_design, layer.bias), functional.linear(positions, of_place)
 
 
@@ -247,9 +247,9 @@ class TransformerEncoder(TokenTransformer):
     One token per photoreceptor: [reading, design of its sensor, learned embedding of its place in the grid].
     """
 
-    def make_sight(self, config: PolicyConfig, shapes: Shapes) -> None:
+    def make_sight(self, config: PolicyConfig, specs: ObservationSpecs) -> None:
         """Places in the grid, and the map to tokens."""
-        _, receptors, design = _sensor_shape(shapes, config.encoder)
+        self.readings, self.design, (_, receptors, design) = _receptors(specs, config.encoder)
         self.positions = nn.Parameter(0.02 * torch.randn(receptors, config.position_width))
         self.receptor_token = nn.Linear(3 + design + config.position_width, config.width)
 
@@ -261,7 +261,7 @@ class TransformerEncoder(TokenTransformer):
 
     def tokens(self, observations: Observations) -> Tensor:
         """Input tokens (B, S, D): readout, vectors, then what is seen."""
-        if not _fast(observations[READINGS]) or observations[DESIGN].dtype != torch.float32:
+        if not _fast(observations[self.readings]) or observations[self.design].dtype != torch.float32:
             return super().tokens(observations)
         readings, of_reading, designs, places = self._parts(observations)
         vectors = self.vectors(observations)
@@ -270,13 +270,5 @@ class TransformerEncoder(TokenTransformer):
 
     def _parts(self, observations: Observations) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Readings (B, K, P, 3), and the three parts of their map to tokens as :func:`token_parts` has them."""
-        parts = token_parts(self.receptor_token, observations[DESIGN], self.positions)
-        return scale_readings(observations[READINGS]), *parts
-
-
-ENCODERS: Mapping[str, type[nn.Module]] = {
-    "transformer": TransformerEncoder,
-    "compact": CompactEncoder,
-    "blind": BlindEncoder,
-}
-"""Those of photoreceptors, and of none."""
+        parts = token_parts(self.receptor_token, observations[self.design], self.positions)
+        return scale_readings(observations[self.readings]), *parts

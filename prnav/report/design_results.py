@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.catalog import task_names, task_spec
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
 
@@ -179,6 +180,12 @@ def against_scores(rows: Sequence[Row], scores: Mapping[str, Mapping[str, float]
     return correlation(names, [float(scores[name]["score"]) for name in names], worth, ("proxy's score", measure))
 
 
+def _own_scores(rows: Sequence[Row]) -> dict[str, str]:
+    """The measure of each task that is ranked by another one than SPL."""
+    names = {_task(row) for row in rows} & set(task_names())
+    return {name: score for name in names if (score := task_spec(name).score) != "spl"}
+
+
 def correlation(
     names: Sequence[str],
     first: Sequence[float],
@@ -264,6 +271,6 @@ ANALYSES: Mapping[str, Callable[[Sequence[Row], str], Any]] = {
     "dropout": performances,
     "cameras": performances,
     "designs": performances,
-    "transfer": lambda rows, measure: transfer(rows, {"targetnav": "success"}, measure),
+    "transfer": lambda rows, measure: transfer(rows, _own_scores(rows), measure),
 }
 """What each figure of ``prnav-design compare`` shows."""

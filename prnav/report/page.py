@@ -13,16 +13,11 @@ import numpy as np
 
 import prnav
 from prnav import style
-from prnav.domains.navigation.maps import FloorMap, load_maps
-from prnav.domains.navigation.pictures.breakdown import draw_breakdown
-from prnav.domains.navigation.pictures.sights import draw_sight
-from prnav.domains.navigation.pictures.topdown import draw_episodes, draw_house, draw_pairs
-from prnav.domains.navigation.sights import load_sights
+from prnav.catalog import DEFAULT_TASK, task_spec
+from prnav.contracts import Evaluation, Pictures
 from prnav.errors import RecordError
 from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups, shared_name
-from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.picks import pick_episodes
-from prnav.evaluate.records import Evaluation, find_evaluations, is_finished, load_evaluation, load_trajectories
+from prnav.evaluate.records import find_evaluations, is_finished, load_evaluation, load_traces
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
 from prnav.report.tables import comparison_html, differences_html, seeds_html
@@ -42,9 +37,7 @@ RESULTS = (
     "length; SoftSPL takes progress in the place of success, by the distance left at the end, or by the closest that "
     "the agent came. Greedy takes the likeliest action, sampled draws from the policy.</p>"
 )
-BREAKDOWN = "Success in groups of equally many episodes, at each group's median, with 95 % intervals."
 PAIRS = "Where the left did better most, where the right did, and one episode at random. Red dots are collisions."
-SIGHT = "An episode drawn at random: its map, moments of it, and what every receptor read at every step."
 CURVES = "Means over the latest training episodes, smoothed. Where it says imitation, an oracle acted in part."
 
 _STYLE = """
@@ -124,7 +117,8 @@ def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
         parts.append("<h2>Trajectories</h2>")
     for name, evaluation in zip(names, evaluations, strict=True):
         parts.append(f"<h3>{html.escape(name)}</h3>")
-        parts += _pictures(evaluation, load_trajectories(evaluation), load_maps(evaluation.directory))
+        for figure, caption in _pictures_of(evaluation).figures(evaluation, load_traces(evaluation)):
+            parts.append(_figure(style.data_uri(figure), caption))
     parts += _designs(evaluations)
     parts.append("<h2>How it was made</h2>")
     for name, evaluation in zip(names, evaluations, strict=True):
@@ -153,9 +147,10 @@ def _results(evaluations: Sequence[Evaluation], names: Sequence[str]) -> list[st
         parts += ["<h3>Differences over seeds</h3>", f'<div class="scroll">{differences_html(between)}</div>']
     if not same_episodes(evaluations):
         parts.append("<p>These evaluations are of different episodes; they do not compare one to one.</p>")
-    breakdown = draw_breakdown(evaluations, names)
-    if breakdown is not None:
-        parts.append(_figure(style.data_uri(breakdown), BREAKDOWN))
+    if len({_task_of(evaluation) for evaluation in evaluations}) == 1:
+        breakdown = _pictures_of(evaluations[0]).breakdown(evaluations, names)
+        if breakdown is not None:
+            parts.append(_figure(style.data_uri(breakdown[0]), breakdown[1]))
     return parts
 
 
@@ -182,25 +177,18 @@ def _pairs(shown: Sequence[tuple[RunRecords, Evaluation]], names: Sequence[str])
         return []
     i, j = min(pairs, key=lambda pair: (shown[pair[0]][0] is shown[pair[1]][0], pair))
     one, two = shown[i][1], shown[j][1]
-    tracks = load_trajectories(one), load_trajectories(two)
-    figure = draw_pairs((one, two), tracks, load_maps(one.directory), (names[i], names[j]))
+    figure = _pictures_of(one).pairs((one, two), (load_traces(one), load_traces(two)), (names[i], names[j]))
+    if figure is None:
+        return []
     return ["<h2>Side by side</h2>", _figure(style.data_uri(figure), PAIRS)]
 
 
-def _pictures(evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap]) -> list[str]:
-    episodes = style.data_uri(draw_episodes(evaluation, trajectories, maps))
-    house = style.data_uri(draw_house(evaluation, trajectories, maps))
-    parts = [
-        _figure(episodes, "Worst and best episodes by SPL, and random ones. Red dots are steps that hit something."),
-        _figure(house, "Up to fifty trajectories in the scene with the most episodes, coloured by time."),
-    ]
-    sights = load_sights(evaluation.directory)
-    picks = [index for index in pick_episodes(evaluation.rows).get("random", []) if index in sights]
-    for index in (picks or list(sights))[:1]:
-        row, track = evaluation.rows[index], trajectories[index]
-        figure = draw_sight(row, track, sights[index], maps, f"{evaluation.label}: what the receptors saw")
-        parts.append(_figure(style.data_uri(figure), SIGHT))
-    return parts
+def _task_of(evaluation: Evaluation) -> str:
+    return str(evaluation.header.get("task", DEFAULT_TASK))
+
+
+def _pictures_of(evaluation: Evaluation) -> Pictures:
+    return task_spec(_task_of(evaluation)).pictures
 
 
 def _designs(evaluations: Sequence[Evaluation]) -> list[str]:

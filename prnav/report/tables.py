@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 from rich.table import Table
 
+from prnav.contracts import Evaluation
 from prnav.evaluate.compare import Difference, SeedGroup, same_episodes
 from prnav.evaluate.intervals import Interval
-from prnav.evaluate.records import Evaluation
 from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
 
 Column = TypeVar("Column")

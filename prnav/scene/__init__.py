@@ -2,7 +2,7 @@
 
 from prnav.scene.atlas import TextureAtlas
 from prnav.scene.datasets import DATA_SETS, SceneSet, open_scene_set
-from prnav.scene.library import SPLITS, load_scene, resolve_scene, scene_ids, targetnav_scene_ids
+from prnav.scene.library import SPLITS, load_scene, resolve_scene, scene_ids, ten_training_homes
 from prnav.scene.mesh import SceneMesh
 from prnav.scene.scene_file import SceneFile
 
@@ -17,5 +17,5 @@ __all__ = [
     "open_scene_set",
     "resolve_scene",
     "scene_ids",
-    "targetnav_scene_ids",
+    "ten_training_homes",
 ]

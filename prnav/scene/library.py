@@ -95,11 +95,11 @@ def scene_ids(split: str) -> list[str]:
     return [f"{_BUILT_IN}{split}/{index:02d}" for index in range(SPLIT_SIZES[split])]
 
 
-def targetnav_scene_ids() -> list[str]:
-    """Ids of the ten training homes that TargetNav trains in; they are drawn with a fixed seed."""
-    from prnav.scene.houses.manifest import targetnav_ids
+def ten_training_homes() -> list[str]:
+    """Ids of ten of the training homes, drawn with a fixed seed, for tasks that train in few scenes as the paper's."""
+    from prnav.scene.houses.manifest import ten_homes
 
-    return targetnav_ids()
+    return ten_homes()
 
 
 def resolve_scene(

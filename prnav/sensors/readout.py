@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import DesignError
+from prnav.splitmix import GOLDEN, mix_array, unit_interval
 
 MAX_BITS = 16
 """Most bits a reading can be quantised to."""
@@ -115,19 +116,10 @@ def standard_normal(seeds: ArrayLike, steps: ArrayLike, shape: tuple[int, ...]) 
     from scipy.special import ndtri  # takes a while to import
 
     count = math.prod(shape)
-    agent = _mix(np.asarray(seeds).astype(np.uint64) + _GOLDEN)
-    agent = _mix(agent ^ _mix(np.asarray(steps).astype(np.uint64) ^ _GOLDEN))
-    place = np.arange(1, count + 1, dtype=np.uint64) * _GOLDEN
-    bits = _mix(agent[:, None] + place)
-    uniform = ((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    agent = mix_array(np.asarray(seeds).astype(np.uint64) + np.uint64(GOLDEN))
+    agent = mix_array(agent ^ mix_array(np.asarray(steps).astype(np.uint64) ^ np.uint64(GOLDEN)))
+    place = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(GOLDEN)
+    bits = mix_array(agent[:, None] + place)
+    uniform = unit_interval(bits) + 2.0**-54
     normal: NDArray[np.float64] = ndtri(uniform).reshape(-1, *shape)
     return normal
-
-
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-
-
-def _mix(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return x ^ (x >> np.uint64(31))

@@ -104,12 +104,12 @@ class Simulator:
         circle = self.config.turns_in_circle
         return turns % circle if circle else turns
 
-    def get_state(self) -> dict[str, NDArray[np.generic]]:
+    def snapshot(self) -> dict[str, NDArray[np.generic]]:
         """Copies of all state arrays, for a checkpoint."""
         names = ("positions", "yaws", "start_yaws", "turns", "scene_index", "collided")
         return {name: getattr(self, name).copy() for name in names}
 
-    def set_state(self, state: dict[str, NDArray[np.generic]]) -> None:
-        """Take over arrays from :meth:`get_state`."""
+    def restore(self, state: dict[str, NDArray[np.generic]]) -> None:
+        """Take over arrays from :meth:`snapshot`."""
         for name, value in state.items():
             getattr(self, name)[:] = value

@@ -7,12 +7,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from prnav.config import load_config
-from prnav.domains.navigation.env import EnvConfig
+from prnav import catalog
+from prnav.config import TYPE_OF, load_config
+from prnav.contracts import TaskConfig, TaskSpec
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig
 from prnav.resources import resource
 from prnav.train.imitation import ImitationConfig
+from prnav.train.mini_batches import check_mini_batches
 from prnav.train.ppo import PPOConfig
 
 
@@ -22,8 +24,8 @@ class TrainConfig:
 
     name: str = "run"
     """Run directory under ``runs/`` where none is given."""
-    task: Literal["pointgoal", "targetnav"] = "pointgoal"
-    """What is learnt; ``env`` must be of the same task."""
+    task: str = "pointgoal"
+    """What is learnt: a name of :mod:`prnav.catalog`. It says what class ``env`` is of."""
     seed: int = 0
     """Seed of weights, actions and episode order."""
     total_steps: int = 1_000_000
@@ -51,7 +53,8 @@ class TrainConfig:
     """Whether torch compiles the encoder: pays on a GPU, after a minute."""
     window: int = 200
     """Episodes over which the reported success, SPL and reward are averaged."""
-    env: EnvConfig = field(default_factory=EnvConfig)
+    env: TaskConfig = field(default=None, metadata={TYPE_OF: catalog.config_type})
+    """Settings of the task; its defaults where left out."""
     policy: PolicyConfig = field(default_factory=PolicyConfig)
     ppo: PPOConfig = field(default_factory=PPOConfig)
     imitation: ImitationConfig = field(default_factory=ImitationConfig)
@@ -61,22 +64,28 @@ class TrainConfig:
         for name in (*positive, "window"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        if self.task != self.env.task_name:
+        wanted = self.spec.config_type
+        if self.env is None:
+            object.__setattr__(self, "env", wanted())
+        elif not isinstance(self.env, wanted):
             raise ValueError(
-                f"task is {self.task!r} and env is for {self.env.task_name!r}; targetnav needs a table [env.targetnav] "
-                f"(it may be empty), pointgoal must not have one"
+                f"task is {self.task!r} and env is a {type(self.env).__name__}; it must be a {wanted.__name__}"
             )
         for name in ("seed", "threads", "validate_steps"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
         if not 0.0 < self.sync_fraction <= 1.0:
             raise ValueError(f"sync_fraction is {self.sync_fraction}; it must be above 0 and at most 1")
-        for name, parts in (("ppo", self.ppo.mini_batches), ("imitation", self.imitation.mini_batches)):
-            if parts > self.num_envs:
-                raise ValueError(
-                    f"{name}.mini_batches is {parts}; it must be at most num_envs ({self.num_envs}), "
-                    f"since mini-batches are made of whole environments"
-                )
+        check_mini_batches(self.ppo, self.imitation, self.policy, self.num_envs)
+
+    @property
+    def spec(self) -> TaskSpec:
+        """The task.
+
+        Raises:
+            ConfigError: there is none of that name.
+        """
+        return catalog.task_spec(self.task)
 
 
 FREE_ON_RESUME = frozenset(
@@ -133,6 +142,6 @@ def without_readings(config: TrainConfig) -> TrainConfig:
     return replace(
         config,
         name=f"{config.name}-blind",
-        env=replace(config.env, vision=False),
+        env=config.spec.blind(config.env),
         policy=replace(config.policy, encoder="blind"),
     )

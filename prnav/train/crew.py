@@ -8,16 +8,16 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from torch import Tensor
 
+from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
+from prnav.train.machine import one_core_threads
 from prnav.train.progress import Progress
 from prnav.train.rollout import Collector, Rollout
 
@@ -25,9 +25,7 @@ from prnav.train.rollout import Collector, Rollout
 class Crew:
     """Collectors of several groups of environments, and the noise by which they act."""
 
-    def __init__(
-        self, groups: Sequence[VectorEnv], policy: RecurrentPolicy, seed: int, threads: int, rank: int = 0
-    ) -> None:
+    def __init__(self, groups: Sequence[BatchEnv], policy: Policy, seed: int, threads: int, rank: int = 0) -> None:
         """Crew at the first step of all its episodes.
 
         Args:
@@ -40,14 +38,14 @@ class Crew:
         sizes = [envs.num_envs for envs in groups]
         self.bounds = np.cumsum([0, *sizes]).tolist()
         self.environments = self.bounds[-1]
-        self.actions = policy.actions
+        self.noise_width = policy.head.noise_width + 1
         first = seed + rank * self.environments
         self.collectors = [
             Collector(envs, policy, first + begin) for envs, begin in zip(groups, self.bounds, strict=False)
         ]
         self.generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, rank])))
         workers = min(threads, len(groups))
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="collector") if workers > 1 else None
+        self._pool = one_core_threads(workers, "collector") if workers > 1 else None
 
     def collect(
         self, rollout: Rollout, expert_share: float | None = None, waited_for: Callable[[], bool] | None = None
@@ -76,8 +74,8 @@ class Crew:
         return rollout.window(steps=slice(0, progress.limit)), ended
 
     def _noise(self, rollout: Rollout) -> Tensor:
-        """Uniform numbers (T, N, A + 1) strictly between 0 and 1."""
-        shape = (rollout.steps, rollout.environments, self.actions + 1)
+        """Uniform numbers (T, N, W + 1) strictly between 0 and 1."""
+        shape = (rollout.steps, rollout.environments, self.noise_width)
         noise = self.generator.random(shape, dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
         return torch.from_numpy(noise).to(rollout.device)
 
@@ -89,7 +87,7 @@ class Crew:
         }
 
     def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
-        """Go on from :meth:`state_dict`.
+        """Continue from :meth:`state_dict`.
 
         Raises:
             CheckpointError: the environments were grouped otherwise.

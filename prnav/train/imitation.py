@@ -1,7 +1,8 @@
-"""Warm start from an oracle: DAgger (Ross et al. 2011) through the recurrent policy.
+"""Warm start from an oracle: DAgger (Ross et al. 2011) through the policy.
 
 Each step is taken by the oracle with a probability that falls over the phase, else by the policy; the oracle labels
-every state that is visited, and the policy learns its labels by cross-entropy. The critic learns the returns of the
+every state that is visited, and the policy learns its labels by its action head's loss (cross-entropy, or the
+squared error of the mean). The critic learns the returns of the
 same rollouts: when the phase ends they are almost the policy's own, so that PPO takes over with a critic that knows
 what the policy is worth, and does not unlearn it. This goes beyond the paper and is off by default.
 """
@@ -12,9 +13,8 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor
-from torch.nn import functional
 
-from prnav.policy import entropies
+from prnav.policy import ActionDistribution
 from prnav.train.ppo import Batch, Losses, value_loss
 
 
@@ -56,22 +56,23 @@ def expert_share(config: ImitationConfig, step: int) -> float:
     return config.expert_start + (config.expert_end - config.expert_start) * progress
 
 
-def imitation_loss(logits: Tensor, values: Tensor, batch: Batch, config: ImitationConfig) -> Losses:
+def imitation_loss(distribution: ActionDistribution, values: Tensor, batch: Batch, config: ImitationConfig) -> Losses:
     """Loss of a batch and its parts.
 
     Args:
-        logits: Of the policy as it is now, (T, N, A).
-        values: Of the critic as it is now, (T, N).
-        batch: "expert" (the oracle's actions), "values" and "returns" of the rollout, each (T, N).
+        distribution: Of the policy as it is now, M of them.
+        values: Of the critic as it is now, (M,).
+        batch: "expert" (the oracle's actions, (M, ...)), "values" and "returns" of the rollout, each (M,).
         config: Coefficients.
     """
-    imitation = functional.cross_entropy(logits.flatten(0, 1), batch["expert"].flatten())
+    imitation = distribution.imitation_loss(batch["expert"])
     value = value_loss(values, batch["values"], batch["returns"])
     with torch.no_grad():
         parts = {
             "imitation_loss": imitation,
             "value_loss": value,
-            "entropy": entropies(logits).mean(),
-            "agreement": (logits.argmax(dim=-1) == batch["expert"]).float().mean(),
+            "entropy": distribution.entropy().mean(),
+            "agreement": distribution.agreement(batch["expert"]),
+            **distribution.diagnostics(),
         }
     return imitation + config.value_coefficient * value, {name: part.detach() for name, part in parts.items()}

@@ -1,6 +1,8 @@
 """Gradient steps on a rollout, whatever the loss.
 
-On a CPU each mini-batch is cut over its environments into one part per thread. Every part runs forward and backward on
+A mini-batch is made of the units that the policy's memory says can be learnt alone: whole environments, or single
+steps with the frames before them. It is gathered when its turn comes, so that no more of a rollout is copied than one
+of them. On a CPU each is cut into one part per thread. Every part runs forward and backward on
 its own core, and the parts' gradients are added in a fixed order: two cores then learn almost twice as fast (an LSTM
 step is too small a product to be split inside), and the same number of threads gives the same bits.
 """
@@ -8,7 +10,6 @@ step is too small a product to be split inside), and the same number of threads 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,45 +18,55 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from prnav.policy import RecurrentPolicy, Segments, segment
+from prnav.policy import ActionDistribution, Cutter, Policy, State
 from prnav.train.distributed import Workers
+from prnav.train.machine import one_core_threads
 from prnav.train.ppo import Losses
 from prnav.train.rollout import Rollout
 
-Loss = Callable[[Tensor, Tensor, Mapping[str, Tensor]], Losses]
-"""(logits (T, N, A), values (T, N), batch) -> loss and its parts."""
+Loss = Callable[[ActionDistribution, Tensor, Mapping[str, Tensor]], Losses]
+"""(distribution of M rows, values (M,), batch of arrays (M, ...)) -> loss and its parts."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Some environments of a rollout, ready for the policy."""
+    """Part of a rollout, ready for the policy: M targets, U frames that are encoded for them."""
 
     observations: dict[str, Tensor]
+    """Of the frames, name -> (U, ...)."""
+    previous_actions: Tensor
+    """Of the frames, (U, ...)."""
+    starts: Tensor
+    """Of the frames, (U,)."""
+    state: State
+    """The memory's before the rollout, of the environments that need it."""
+    plan: object
+    """The memory's, from frames to targets."""
     arrays: dict[str, Tensor]
-    state: Tensor
-    segments: Segments
+    """Of the targets, name -> (M, ...)."""
     weight: float
     """Share of the mini-batch."""
 
     @property
     def size(self) -> int:
-        """Steps in it."""
+        """M."""
         return self.arrays["starts"].numel()
+
+
+Units = NDArray[np.int64]
 
 
 class Learner:
     """Adam on a policy's parameters."""
 
-    def __init__(
-        self, policy: RecurrentPolicy, seed: int, threads: int, epsilon: float, workers: Workers | None = None
-    ) -> None:
+    def __init__(self, policy: Policy, seed: int, threads: int, epsilon: float, workers: Workers | None = None) -> None:
         self.policy = policy
         self.workers = workers or Workers()
         self.parameters = list(policy.parameters())
         self.optimizer = torch.optim.Adam(self.parameters, eps=epsilon)
         self.generator = np.random.Generator(np.random.PCG64(seed))
         self.threads = threads
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="learner") if threads > 1 else None
+        self._pool = one_core_threads(threads, "learner") if threads > 1 else None
 
     def update(
         self,
@@ -70,32 +81,33 @@ class Learner:
         for group in self.optimizer.param_groups:
             group["lr"] = learning_rate
         history: list[dict[str, Tensor]] = []
-        groups: list[list[Part]] = []
+        cutter = self.policy.cutter(rollout["starts"])
+        parts: list[Part] = []
         for _ in range(epochs):
-            if mini_batches > 1 or not groups:
-                groups = self._split(rollout, mini_batches)
-            for parts in groups:
-                losses = self._step(parts, loss, max_grad_norm)
-                history.append(losses)
+            for units in self._split(cutter.units, mini_batches):
+                if mini_batches > 1 or not parts:
+                    parts = self._gather(rollout, cutter, units)
+                history.append(self._step(parts, loss, max_grad_norm))
         return {name: float(torch.stack([row[name] for row in history]).mean()) for name in history[0]}
 
-    def _split(self, rollout: Rollout, mini_batches: int) -> list[list[Part]]:
-        """Parts of each mini-batch; environments are drawn anew where there are several mini-batches."""
-        environments = np.arange(rollout.environments)
+    def _split(self, units: int, mini_batches: int) -> list[Units]:
+        """Units of each mini-batch; they are drawn anew each time where there are several."""
+        numbers = np.arange(units)
         if mini_batches > 1:
-            environments = self.generator.permutation(environments)
-        groups = np.array_split(environments, min(mini_batches, rollout.environments))
-        return [
-            [_part(rollout, part, len(part) / len(group)) for part in np.array_split(group, self.threads) if len(part)]
-            for group in groups
-        ]
+            numbers = self.generator.permutation(numbers)
+        return np.array_split(numbers, min(mini_batches, units))
+
+    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[Part]:
+        """A mini-batch, one part for each thread."""
+        shares = [share for share in np.array_split(units, self.threads) if len(share)]
+        return [_part(rollout, cutter, self.policy, share, len(share) / len(units)) for share in shares]
 
     def _step(self, parts: list[Part], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
         def gradients(part: Part) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
-            logits, values = self.policy.sequence(
-                part.observations, part.arrays["previous_actions"], part.arrays["starts"], part.state, part.segments
+            distribution, values = self.policy.evaluate(
+                part.observations, part.previous_actions, part.starts, part.state, part.plan
             )
-            total, losses = loss(logits, values, part.arrays)
+            total, losses = loss(distribution, values, part.arrays)
             return torch.autograd.grad(part.weight * total, self.parameters), losses
 
         results = list(self._pool.map(gradients, parts)) if self._pool else [gradients(part) for part in parts]
@@ -116,7 +128,7 @@ class Learner:
         return {"optimizer": self.optimizer.state_dict(), "generator": self.generator.bit_generator.state}
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Continue from :meth:`state_dict`."""
         optimizer = dict(state["optimizer"])
         optimizer["state"] = {
             int(index): {name: torch.as_tensor(value) for name, value in slots.items()}
@@ -126,13 +138,22 @@ class Learner:
         self.generator.bit_generator.state = state["generator"]
 
 
-def _part(rollout: Rollout, environments: NDArray[np.int64], weight: float) -> Part:
-    columns = torch.from_numpy(environments).to(rollout.device)
-    arrays = {name: array.index_select(1, columns) for name, array in rollout.arrays.items()}
+def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> Part:
+    cut = cutter.cut(units)
+    frames, targets, environments = (
+        torch.from_numpy(rows).to(rollout.device) for rows in (cut.frames, cut.targets, cut.environments)
+    )
     return Part(
-        observations={key: value.index_select(1, columns) for key, value in rollout.observations.items()},
-        arrays=arrays,
-        state=rollout.state[:, :, columns],
-        segments=segment(arrays["starts"].cpu().numpy(), rollout.device),
+        observations={name: _rows(value, frames) for name, value in rollout.observations.items()},
+        previous_actions=_rows(rollout["previous_actions"], frames),
+        starts=_rows(rollout["starts"], frames),
+        state=policy.core.select(rollout.state, environments),
+        plan=cut.plan,
+        arrays={name: _rows(array, targets) for name, array in rollout.arrays.items()},
         weight=weight,
     )
+
+
+def _rows(values: Tensor, rows: Tensor) -> Tensor:
+    """Rows t * N + n of values (T, N, ...)."""
+    return values.flatten(0, 1).index_select(0, rows)

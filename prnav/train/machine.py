@@ -1,14 +1,13 @@
-"""What a run finds: the device, the precision of its products, the environments' spaces."""
+"""What a run finds: the device, and the precision of its products."""
 
 from __future__ import annotations
 
-import numpy as np
+from concurrent.futures import ThreadPoolExecutor
+
 import torch
-from gymnasium.spaces import Dict, Discrete
-from gymnasium.vector import VectorEnv
 
 from prnav.errors import ConfigError
-from prnav.policy import RecurrentPolicy
+from prnav.policy import Policy
 from prnav.train.config import TrainConfig
 
 
@@ -31,7 +30,7 @@ def choose_device(name: str, index: int = 0) -> torch.device:
     return torch.device("cuda", index) if index else torch.device("cuda")
 
 
-def set_precision(policy: RecurrentPolicy, config: TrainConfig) -> None:
+def set_precision(policy: Policy, config: TrainConfig) -> None:
     """Let the policy compute as ``config.precision`` and ``config.compile`` say; parameters stay float32."""
     torch.set_float32_matmul_precision("highest" if config.precision == "float32" else "high")
     policy.encoder_type = torch.bfloat16 if config.precision == "bfloat16" else None
@@ -39,23 +38,10 @@ def set_precision(policy: RecurrentPolicy, config: TrainConfig) -> None:
         policy.encoder.compile()
 
 
-def types_of(envs: VectorEnv) -> dict[str, torch.dtype]:
-    """Types of the observations as tensors."""
-    spaces = envs.single_observation_space
-    assert isinstance(spaces, Dict)
-    return {key: torch.from_numpy(np.empty(0, space.dtype)).dtype for key, space in spaces.items()}
+def one_core_threads(count: int, name: str) -> ThreadPoolExecutor:
+    """Threads that each compute on one core.
 
-
-def spaces_of(envs: VectorEnv) -> tuple[dict[str, tuple[int, ...]], int]:
-    """Observation shapes and number of actions of an environment.
-
-    Raises:
-        ConfigError: the spaces are not a dictionary of arrays and a set of actions.
+    torch tells a thread's libraries so at its first parallel loop. A product before that would use all cores, and its
+    bits would depend on how many there are and on when the thread began.
     """
-    observations, actions = envs.single_observation_space, envs.single_action_space
-    if not isinstance(observations, Dict) or not isinstance(actions, Discrete):
-        raise ConfigError(
-            f"environment has observations {type(observations).__name__} and actions {type(actions).__name__}; "
-            f"the trainer needs a Dict of arrays and Discrete actions"
-        )
-    return {key: tuple(space.shape or ()) for key, space in observations.items()}, int(actions.n)
+    return ThreadPoolExecutor(count, name, initializer=torch.set_num_threads, initargs=(1,))

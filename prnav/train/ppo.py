@@ -1,7 +1,7 @@
 """The mathematics of PPO as pure functions: advantages, losses, and what to watch.
 
 Sources: Schulman et al. 2017 (PPO), Schulman et al. 2016 (GAE); the paper's hyper-parameters, section "Training
-Process". Letters in shapes: T steps, N environments, A actions.
+Process". Letters in shapes: T steps, N environments, M rows of a mini-batch.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from prnav.policy import entropies, log_probabilities
+from prnav.policy import ActionDistribution
 
 Batch = Mapping[str, Tensor]
 Losses = tuple[Tensor, dict[str, Tensor]]
@@ -25,7 +25,11 @@ class PPOConfig:
     rollout_steps: int = 64
     epochs: int = 4
     mini_batches: int = 1
-    """Parts that the environments of a rollout are split into, each one gradient step."""
+    """Parts that a rollout is split into, each one gradient step: whole environments, or single steps where the memory
+    lets them be learnt alone."""
+    mini_batch_steps: int = 0
+    """Steps in a part, all environments' counted, in place of ``mini_batches``; 0 is off. The last one may be smaller:
+    parts are as even as can be."""
     learning_rate: float = 2.5e-4
     clip: float = 0.2
     discount: float = 0.99
@@ -47,6 +51,12 @@ class PPOConfig:
         for name in ("rollout_steps", "epochs", "mini_batches"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        if self.mini_batch_steps < 0:
+            raise ValueError(f"mini_batch_steps is {self.mini_batch_steps}; it must be at least 1, or 0 to be off")
+        if self.mini_batch_steps and self.mini_batches > 1:
+            raise ValueError(
+                f"mini_batches is {self.mini_batches} and mini_batch_steps {self.mini_batch_steps}; give one of them"
+            )
         for name in ("discount", "gae_lambda"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be in [0, 1]")
@@ -56,6 +66,12 @@ class PPOConfig:
         for name in ("entropy_coefficient", "value_coefficient", "value_clip"):
             if getattr(self, name) < 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+
+    def parts(self, environments: int) -> int:
+        """Mini-batches of a whole rollout of so many environments."""
+        if not self.mini_batch_steps:
+            return self.mini_batches
+        return -(-self.rollout_steps * environments // self.mini_batch_steps)
 
 
 def following_values(values: Tensor, last_values: Tensor, truncated: Tensor, final_values: Tensor) -> Tensor:
@@ -115,8 +131,8 @@ def normalized(values: Tensor, of: Tensor | None = None) -> Tensor:
         of: :func:`moments` of all values, these among them; these alone if not given.
     """
     count, total, squares = (moments(values) if of is None else of).tolist()
-    mean = total / count
-    deviation = max(squares / count - mean * mean, 0.0) ** 0.5
+    mean = float(total / count)
+    deviation = float(max(squares / count - mean * mean, 0.0) ** 0.5)
     return (values - mean) / (deviation + 1e-8)
 
 
@@ -135,19 +151,19 @@ def value_loss(values: Tensor, old_values: Tensor, returns: Tensor, clip: float 
     return 0.5 * error.mean()
 
 
-def ppo_loss(logits: Tensor, values: Tensor, batch: Batch, config: PPOConfig) -> Losses:
+def ppo_loss(distribution: ActionDistribution, values: Tensor, batch: Batch, config: PPOConfig) -> Losses:
     """Loss of a batch and its parts.
 
     Args:
-        logits: Of the policy as it is now, (T, N, A).
-        values: Of the critic as it is now, (T, N).
-        batch: "actions", "log_probs", "values", "advantages", "returns" of the rollout, each (T, N).
+        distribution: Of the policy as it is now, M of them.
+        values: Of the critic as it is now, (M,).
+        batch: "actions" (M, ...) of the rollout, and "log_probs", "values", "advantages", "returns", each (M,).
         config: Coefficients.
     """
-    log_probs = log_probabilities(logits, batch["actions"])
+    log_probs = distribution.log_prob(batch["actions"])
     policy = clipped_surrogate(log_probs, batch["log_probs"], batch["advantages"], config.clip)
     value = value_loss(values, batch["values"], batch["returns"], config.value_clip)
-    entropy = entropies(logits).mean()
+    entropy = distribution.entropy().mean()
     loss = policy + config.value_coefficient * value - config.entropy_coefficient * entropy
     with torch.no_grad():
         log_ratio = log_probs - batch["log_probs"]
@@ -157,6 +173,7 @@ def ppo_loss(logits: Tensor, values: Tensor, batch: Batch, config: PPOConfig) ->
             "entropy": entropy,
             "kl": (torch.expm1(log_ratio) - log_ratio).mean(),
             "clip_fraction": ((log_ratio.exp() - 1.0).abs() > config.clip).float().mean(),
+            **distribution.diagnostics(),
         }
     return loss, {name: part.detach() for name, part in parts.items()}
 

@@ -1,6 +1,7 @@
 """Rollouts: storage that is allocated once, and the collector that fills it.
 
-Letters in shapes: T steps, N environments.
+Letters in shapes: T steps, N environments, W uniform numbers that sampling an action takes. An action's own axes are
+written "...": none for discrete actions, (D,) for vectors.
 """
 
 from __future__ import annotations
@@ -10,45 +11,40 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from torch import Tensor
+from torch.utils.dlpack import from_dlpack
 
+from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
-from prnav.policy import RecurrentPolicy, log_probabilities, sample_actions
+from prnav.policy import Policy
 from prnav.train.progress import Progress
-
-NO_EXPERT = -1
-"""Label of a step for which no oracle was asked."""
 
 
 class Rollout:
     """T steps of N environments, and what the policy thought of them."""
 
-    def __init__(
-        self, steps: int, environments: int, policy: RecurrentPolicy, types: Mapping[str, torch.dtype] | None = None
-    ) -> None:
+    def __init__(self, steps: int, environments: int, policy: Policy) -> None:
         """Storage of zeros.
 
         Args:
             steps: T.
             environments: N.
-            policy: Says what is observed, how large its state is and on which device all this lies.
-            types: Types of observations that are not float32, such as pictures.
+            policy: Says what is observed, how actions are stored, what its memory holds and on which device all this
+                lies.
         """
-        types = types or {}
-        state = policy.initial_state(environments)
-        shape, self.device = (steps, environments), state.device
+        shape, self.device = (steps, environments), policy.device
         self.observations = {
-            key: torch.zeros(*shape, *size, device=self.device, dtype=types.get(key, torch.float32))
-            for key, size in policy.shapes.items()
+            name: torch.zeros(*shape, *spec.shape, device=self.device, dtype=getattr(torch, spec.dtype))
+            for name, spec in policy.observation_specs.items()
         }
-        self.state = state
-        """Recurrent state before the first step, (2, L, N, H)."""
+        self.core = policy.core
+        self.state = policy.initial_state(environments)
+        """The memory's state before the first step."""
         self.last_values = torch.zeros(environments, device=self.device)
         """Value of the state after the last step, (N,)."""
         self.arrays = {name: torch.zeros(shape, device=self.device) for name in _FLOATS}
-        self.arrays |= {name: torch.zeros(shape, dtype=torch.int64, device=self.device) for name in _INTEGERS}
+        self.arrays |= {name: policy.head.none_yet(*shape, device=self.device) for name in _ACTIONS}
         self.arrays |= {name: torch.zeros(shape, dtype=torch.bool, device=self.device) for name in _FLAGS}
 
     @property
@@ -62,7 +58,7 @@ class Rollout:
         return self.arrays["rewards"].shape[1]
 
     def __getitem__(self, name: str) -> Tensor:
-        """One of the (T, N) arrays by name."""
+        """One of the (T, N) arrays, or (T, N, ...) of actions, by name."""
         return self.arrays[name]
 
     def __setitem__(self, name: str, value: Tensor) -> None:
@@ -74,25 +70,26 @@ class Rollout:
         part.device = self.device
         part.observations = {key: value[steps, environments] for key, value in self.observations.items()}
         part.arrays = {name: array[steps, environments] for name, array in self.arrays.items()}
-        part.state, part.last_values = self.state[:, :, environments], self.last_values[environments]
+        part.core, part.state = self.core, self.core.select(self.state, environments)
+        part.last_values = self.last_values[environments]
         return part
 
 
 _FLOATS = ("rewards", "values", "log_probs", "final_values")
-_INTEGERS = ("actions", "previous_actions", "expert")
+_ACTIONS = ("actions", "previous_actions", "expert")
 _FLAGS = ("starts", "terminated", "truncated")
 
 
 class Collector:
     """Steps some environments with a policy, and holds all that a rollout carries over to the next."""
 
-    def __init__(self, envs: VectorEnv, policy: RecurrentPolicy, seed: int) -> None:
+    def __init__(self, envs: BatchEnv, policy: Policy, seed: int) -> None:
         self.envs = envs
         self.policy = policy
         self.observations, _ = envs.reset(seed=seed)
         self.starts = np.ones(envs.num_envs, dtype=bool)
-        self.previous_actions = np.zeros(envs.num_envs, dtype=np.int64)
-        self.recurrent = policy.initial_state(envs.num_envs)
+        self.previous_actions = policy.initial_actions(envs.num_envs)
+        self.state = policy.initial_state(envs.num_envs)
 
     @torch.no_grad()
     def collect(
@@ -107,8 +104,8 @@ class Collector:
 
         Args:
             rollout: Columns of these environments.
-            noise: Uniform numbers in (0, 1), (T, N, A + 1): one per action to draw the policy's action, and one to
-                choose whether the oracle acts.
+            noise: Uniform numbers in (0, 1), (T, N, W + 1): those that draw the policy's action, and one to choose
+                whether the oracle acts.
             progress: Asked before each step.
             member: Number of this collector to ``progress``.
             expert_share: If given, the oracle labels all steps and takes that share of them.
@@ -117,18 +114,20 @@ class Collector:
             The measures of each episode that ended.
         """
         ended: list[dict[str, float]] = []
-        rollout.state.copy_(self.recurrent)
+        for name, value in self.state.items():
+            rollout.state[name].copy_(value)
         t = 0
         while progress.may_step(member):
             self._show(rollout, t)
             actions = self._act(rollout, t, noise[t], expert_share)
-            self.observations, rewards, terminated, truncated, info = self.envs.step(actions)
+            taken = self.policy.head.for_environment(actions)
+            self.observations, rewards, terminated, truncated, info = self.envs.step(taken)
             rollout["rewards"][t] = as_tensor(np.asarray(rewards, dtype=np.float32))
             rollout["terminated"][t] = as_tensor(terminated)
             rollout["truncated"][t] = as_tensor(truncated & ~terminated)
             cut = np.flatnonzero(truncated & ~terminated)
             if cut.size:
-                rollout["final_values"][t, cut] = self._values(final_observations(info, cut), cut, actions[cut])
+                rollout["final_values"][t, cut] = self._values(final_observations(info, cut), cut, actions)
             self.starts = terminated | truncated
             ended += final_measures(info, np.flatnonzero(self.starts))
             self.previous_actions = actions
@@ -141,75 +140,81 @@ class Collector:
         for key, storage in rollout.observations.items():
             storage[t] = as_tensor(self.observations[key])
         rollout["starts"][t] = as_tensor(self.starts)
-        rollout["previous_actions"][t] = as_tensor(self.previous_actions)
+        rollout["previous_actions"][t] = self.previous_actions
 
-    def _act(self, rollout: Rollout, t: int, noise: Tensor, expert_share: float | None) -> NDArray[np.int64]:
+    def _act(self, rollout: Rollout, t: int, noise: Tensor, expert_share: float | None) -> Tensor:
+        """The actions to take, (N, ...)."""
+        head = self.policy.head
         observations = {key: value[t] for key, value in rollout.observations.items()}
-        output = self.policy.step(observations, rollout["previous_actions"][t], rollout["starts"][t], self.recurrent)
-        self.recurrent = output.state
-        actions = sample_actions(output.logits, noise[:, :-1])
-        rollout["expert"][t] = NO_EXPERT
+        output = self.policy.step(observations, rollout["previous_actions"][t], rollout["starts"][t], self.state)
+        self.state = output.state
+        actions = output.distribution.sample(noise[:, :-1])
+        rollout["expert"][t] = head.unlabelled
         if expert_share is not None:
-            expert = as_tensor(expert_actions(self.envs)).to(rollout.device)
+            expert = as_tensor(expert_actions(self.envs)).to(rollout.device, head.dtype)
             rollout["expert"][t] = expert
-            actions = torch.where(noise[:, -1] < expert_share, expert, actions)
+            oracle_acts = (noise[:, -1] < expert_share).view(-1, *[1] * len(head.shape))
+            actions = torch.where(oracle_acts, expert, actions)
         rollout["actions"][t] = actions
         rollout["values"][t] = output.values
-        rollout["log_probs"][t] = log_probabilities(output.logits, actions)
-        return actions.cpu().numpy()
+        rollout["log_probs"][t] = output.distribution.log_prob(actions)
+        return actions
 
     def _values(
         self,
         observations: Mapping[str, Any],
         rows: NDArray[np.int64],
-        previous_actions: NDArray[np.int64],
+        previous_actions: Tensor,
         starts: NDArray[np.bool_] | None = None,
     ) -> Tensor:
-        """Value of one more step in the environments ``rows``, without taking it."""
-        device = self.recurrent.device
+        """Value of one more step in the environments ``rows`` (n,), without taking it; actions are those of all N."""
+        device = self.policy.device
+        which = torch.from_numpy(rows).to(device)
         output = self.policy.step(
-            {key: as_tensor(observations[key]).to(device) for key in self.policy.shapes},
-            torch.from_numpy(previous_actions).to(device),
+            {key: as_tensor(observations[key]).to(device) for key in self.policy.observation_specs},
+            previous_actions[which],
             torch.from_numpy(np.zeros(len(rows), dtype=bool) if starts is None else starts).to(device),
-            self.recurrent[:, :, torch.from_numpy(rows).to(device)],
+            self.policy.core.select(self.state, which),
         )
         return output.values
 
     def state_dict(self) -> dict[str, Any]:
         """All that the next rollout depends on, the environments included."""
         return {
-            "environments": self.envs.get_state(),  # type: ignore[attr-defined]
-            "observations": {key: as_tensor(self.observations[key]) for key in self.policy.shapes},
+            "environments": self.envs.snapshot(),
+            "observations": {key: as_tensor(self.observations[key]) for key in self.policy.observation_specs},
             "starts": self.starts,
             "previous_actions": self.previous_actions,
-            "recurrent": self.recurrent,
+            "recurrent": self.state,
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Go on from :meth:`state_dict`."""
-        self.envs.set_state(state["environments"])  # type: ignore[attr-defined]
+        """Continue from :meth:`state_dict`."""
+        device = self.policy.device
+        self.envs.restore(state["environments"])
         self.observations = dict(state["observations"])
         self.starts = state["starts"]
-        self.previous_actions = state["previous_actions"]
-        self.recurrent = torch.from_numpy(state["recurrent"]).to(self.recurrent.device)
+        self.previous_actions = torch.from_numpy(state["previous_actions"]).to(device)
+        restored = self.policy.core.restored(state["recurrent"])
+        self.state = {name: value.to(device) for name, value in restored.items()}
 
 
 def as_tensor(values: Any) -> Tensor:
     """A tensor over the same memory: of a NumPy array on the host, of anything that speaks DLPack where it lies."""
     if isinstance(values, np.ndarray):
         return torch.from_numpy(values)
-    return values if isinstance(values, Tensor) else torch.from_dlpack(values)
+    return values if isinstance(values, Tensor) else from_dlpack(values)
 
 
-def expert_actions(envs: VectorEnv) -> NDArray[np.int64]:
-    """The oracle's action in each environment, (N,).
+def expert_actions(envs: BatchEnv) -> NDArray[Any]:
+    """The oracle's action in each environment, (N, ...).
 
     Raises:
         ConfigError: the environment has no oracle.
     """
-    if not hasattr(envs, "expert_actions"):
+    if not isinstance(envs, HasExpert):
         raise ConfigError("the environment has no shortest-path oracle to imitate; train with --warmstart none")
-    return np.asarray(envs.expert_actions(), dtype=np.int64)
+    return np.asarray(envs.expert_actions())
 
 
 def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict[str, Any]:

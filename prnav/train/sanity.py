@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from prnav.policy import ActionHead
+
 
 @dataclass(frozen=True)
 class Bounds:
     """When to warn."""
 
-    entropy_share: float = 0.02
-    """Of the entropy of a policy that knows nothing: below it nothing new is tried."""
+    exploration_share: float = 0.02
+    """Of what a policy that knows nothing has of entropy, or where actions are real of standard deviation: below it
+    nothing new is tried."""
     kl: float = 0.3
     """Mean divergence of an update beyond which the policy jumps rather than walks."""
     patience: int = 10
@@ -25,10 +28,10 @@ class Bounds:
 class Sanity:
     """Watches rows of metrics."""
 
-    def __init__(self, actions: int, bounds: Bounds = Bounds()) -> None:  # noqa: B008 (frozen)
+    def __init__(self, head: ActionHead, bounds: Bounds = Bounds()) -> None:  # noqa: B008 (frozen)
         self.bounds = bounds
-        self._least = bounds.entropy_share * math.log(max(2, actions))
-        self._counts = {"entropy": 0, "kl": 0}
+        self.exploration = head.exploration(bounds.exploration_share)
+        self._counts = {"exploration": 0, "kl": 0}
         self._said: set[str] = set()
         self._succeeded = False
 
@@ -36,10 +39,11 @@ class Sanity:
         """What is to be said after this row."""
         bounds, losses, measures = self.bounds, row["losses"], row["measures"]
         found: dict[str, str] = {}
-        if self._lasts("entropy", losses.get("entropy", math.inf) < self._least):
-            found["entropy"] = (
-                f"the policy's entropy has been below {self._least:.3f} nats for {bounds.patience} updates: it tries "
-                f"nothing new; raise ppo.entropy_coefficient or lower ppo.learning_rate"
+        sign = self.exploration
+        if self._lasts("exploration", losses.get(sign.metric, math.inf) < sign.least):
+            found["exploration"] = (
+                f"{sign.complaint.format(least=sign.least)} for {bounds.patience} updates: it tries nothing new; raise "
+                f"ppo.entropy_coefficient or lower ppo.learning_rate"
             )
         if self._lasts("kl", losses.get("kl", 0.0) > bounds.kl):
             found["kl"] = (

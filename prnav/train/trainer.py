@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.vector import VectorEnv
-from numpy.typing import NDArray
 
 from prnav.config import config_hash
+from prnav.contracts import BatchEnv, ObservationSpecs
 from prnav.errors import CheckpointError, PrnavError
-from prnav.policy import RecurrentPolicy, build_policy
+from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
 from prnav.train.config import TrainConfig
@@ -28,82 +27,93 @@ from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
-from prnav.train.machine import choose_device, set_precision, spaces_of, types_of
+from prnav.train.machine import choose_device, set_precision
 from prnav.train.rollout import Rollout
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
-from prnav.train.validation import score, validate
+from prnav.train.stored_specs import specs_of, stored_specs
+from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
 
 Row = dict[str, Any]
-Picture = Callable[[VectorEnv, NDArray[np.float64]], NDArray[np.uint8]]
-"""(environments, where the first agent walked (steps, 3)) -> picture (H, W, 3)."""
 
 
 class Trainer:
     """Trains a policy in batches of environments that restart in the same step, and keeps its run directory.
 
-    The environments have spaces, ``get_state`` and ``set_state``, and, for a warm start, ``expert_actions``.
+    :meth:`begin` starts the run or resumes it, :meth:`train` does the work. For a warm start the environments have an
+    oracle (:class:`prnav.contracts.HasExpert`).
     """
 
     def __init__(
         self,
         config: TrainConfig,
-        envs: VectorEnv | Sequence[VectorEnv],
+        envs: BatchEnv | Sequence[BatchEnv],
         folder: RunFolder,
         report: Callable[[Row], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
         data: Mapping[str, Any] | None = None,
         workers: Workers | None = None,
-        validation: Callable[[], VectorEnv] | None = None,
-        picture: Picture | None = None,
+        validation: Callable[[], Validation] | None = None,
     ) -> None:
-        """Trainer of a run that starts in ``folder`` or, where one was started, goes on from its last checkpoint.
+        """Trainer with fresh weights; nothing is read or written before :meth:`begin`.
 
         Args:
             config: What to do.
             envs: ``config.num_envs`` environments, or groups of them that are simulated side by side.
-            folder: The run's files; locked until :meth:`close`.
+            folder: The run's files.
             report: Called with each row of metrics.
             warn: Called with what the user should know and the run survives.
             data: What the run was made from, for ``run.json``.
             workers: All processes that share the run; those that the launcher started if not given.
-            validation: Makes the environments of a validation, one per episode; called when the first one is due.
-            picture: Draws an episode of the validation for TensorBoard.
+            validation: Loads the episodes of validations; called when the first one is due.
         """
-        groups = [envs] if isinstance(envs, VectorEnv) else list(envs)
+        groups = list(envs) if isinstance(envs, Sequence) else [envs]
         self.config, self.folder, self.report, self.warn = config, folder, report, warn
         self.workers = join_workers() if workers is None else workers
-        self.workers.on_first(folder.acquire)
         self.device = choose_device(config.device, self.workers.local_rank)
         cores = max(1, available_cores() // self.workers.local_size)
         self.threads = (config.threads or cores) if self.device.type == "cpu" else 1
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
-        shapes, actions = spaces_of(groups[0])
-        self.policy = build_policy(config.policy, shapes, actions, config.seed).to(self.device)
+        specs = groups[0].observation_specs
+        self.policy = build_policy(config.policy, specs, groups[0].action_spec, config.seed).to(self.device)
         set_precision(self.policy, config)
         self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
         self.crew = Crew(groups, self.policy, config.seed, self.threads, self.workers.rank)
-        self.storage = Rollout(config.ppo.rollout_steps, self.crew.environments, self.policy, types_of(groups[0]))
+        self.storage = Rollout(config.ppo.rollout_steps, self.crew.environments, self.policy)
         self.rollout = self.storage
         self.step = self.updates = self.episodes = self.saved_step = self.validated_step = 0
         self.seconds = 0.0
         self.recent: deque[dict[str, float]] = deque(maxlen=config.window)
         self.best: dict[str, float] = {}
-        self.sanity = Sanity(actions)
-        self._make_validation, self._picture = validation, picture
-        self._validation: VectorEnv | None = None
-        if self.workers.on_first(folder.exists):
-            self.workers.on_first(lambda: folder.check_resumable(config))
+        self.sanity = Sanity(self.policy.head)
+        self._facts = self._describe(specs, data or {})
+        self._begun = False
+        self._load_validation = validation
+        self._validation: Validation | None = None
+
+    def begin(self) -> None:
+        """Lock the run's folder until :meth:`close`, and start the run there, or resume it from its last checkpoint.
+
+        Raises:
+            ConfigError: another process trains there, or the run has another config.
+            CheckpointError: no checkpoint of the run can be read.
+        """
+        workers, folder = self.workers, self.folder
+        workers.on_first(folder.acquire)
+        if workers.on_first(folder.exists):
+            workers.on_first(lambda: folder.check_resumable(self.config))
             self._resume()
         else:
-            self.workers.on_first(lambda: folder.start(config, self._facts(shapes, actions, data or {})))
+            workers.on_first(lambda: folder.start(self.config, self._facts))
             self.save()
+        self._begun = True
 
     def train(self) -> str | None:
         """Train to the end of the budget, or until a signal asks to stop: its name, else None."""
+        assert self._begun, "Trainer.train: call begin() first, which starts the run or resumes it"
         with StopRequest() as stop, self._board() as board:
             while self.step < self.config.total_steps and not self._agree(stop.name):
                 began = time.perf_counter()
@@ -177,7 +187,7 @@ class Trainer:
                 self.rollout,
                 partial(ppo.ppo_loss, config=config),
                 config.epochs,
-                config.mini_batches,
+                config.parts(self.crew.environments),
                 rate,
                 config.max_grad_norm,
             )
@@ -238,17 +248,17 @@ class Trainer:
     def validate(self, row: Row, board: Any) -> None:
         """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
         every = self.config.validate_steps
-        if not every or self._make_validation is None or self.step - self.validated_step < every:
+        if not every or self._load_validation is None or self.step - self.validated_step < every:
             return
         self.validated_step = self.step
 
         def work() -> dict[str, float]:
             if self._validation is None:
-                assert self._make_validation is not None
-                self._validation = self._make_validation()
-            measures, path = validate(self.policy, self._validation, self.config.seed)
-            if self._picture is not None and path is not None:
-                board.add_image("validation", self._picture(self._validation, path), self.step, dataformats="HWC")
+                assert self._load_validation is not None
+                self._validation = self._load_validation()
+            measures, picture = validate(self.policy, self._validation, self.config.seed)
+            if picture is not None:
+                board.add_image("validation", picture, self.step, dataformats="HWC")
             return measures
 
         measures = self.workers.on_first(work)
@@ -306,8 +316,7 @@ class Trainer:
         return {
             "version": __version__,
             "config_hash": config_hash(self.config),
-            "shapes": self.policy.shapes,
-            "actions": self.policy.actions,
+            **stored_specs(self.policy.observation_specs, self.policy.action_spec),
             "policy": self.policy.state_dict(),
             "counters": {"step": self.step, "updates": self.updates, "episodes": self.episodes},
         }
@@ -359,7 +368,7 @@ class Trainer:
 
         return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
 
-    def _facts(self, shapes: Mapping[str, tuple[int, ...]], actions: int, data: Mapping[str, Any]) -> Row:
+    def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
         return {
             "prnav": __version__,
@@ -376,8 +385,8 @@ class Trainer:
             if imitation.steps
             else "none",
             "agent": self.config.policy.encoder,
-            "observations": {key: list(shape) for key, shape in shapes.items()},
-            "actions": actions,
+            "observations": {name: list(spec.shape) for name, spec in specs.items()},
+            "actions": self.policy.head.size,
             "parameters": sum(parameter.numel() for parameter in self.policy.parameters()),
             "data": dict(data),
         }
@@ -385,7 +394,7 @@ class Trainer:
 
 def load_policy(
     folder: RunFolder, warn: Callable[[str], None] = lambda text: None, best: bool = False
-) -> tuple[RecurrentPolicy, Row]:
+) -> tuple[Policy, Row]:
     """The policy of a run's last checkpoint, ready to act, and its counters ("step", "updates", "episodes").
 
     Args:
@@ -398,9 +407,8 @@ def load_policy(
     """
     config = folder.load_config()
 
-    def use(tree: dict[str, Any]) -> tuple[RecurrentPolicy, Row]:
-        shapes = {key: tuple(shape) for key, shape in tree["shapes"].items()}
-        policy = build_policy(config.policy, shapes, tree["actions"])
+    def use(tree: dict[str, Any]) -> tuple[Policy, Row]:
+        policy = build_policy(config.policy, *specs_of(tree))
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
 

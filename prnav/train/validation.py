@@ -1,67 +1,57 @@
-"""Validation: how the policy does on homes that it does not learn from, while it learns."""
+"""Validation: how the policy does on episodes that it does not learn from, while it learns."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
 import numpy as np
-import torch
-from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from prnav.policy import RecurrentPolicy, sample_actions
-from prnav.train.rollout import as_tensor, final_measures
+from prnav.contracts import EpisodeSlots, Played, Trace
+from prnav.play import Observer, Outcomes, TraceRecorder, play
+from prnav.play.policy_agent import PolicyAgent
+from prnav.policy import Policy
 
-SCORES = ("spl", "success", "reward")
+SCORES = ("spl", "success", "return", "reward")
 """Measures by which policies are ranked: the first one that the task has."""
 
 
-@torch.no_grad()
-def validate(
-    policy: RecurrentPolicy, envs: VectorEnv, seed: int, longest: int = 10_000
-) -> tuple[dict[str, float], NDArray[np.float64] | None]:
-    """Mean measures of one episode of each environment, acting as in training: by sampling, with fixed noise.
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """The episodes that a run is validated on."""
 
-    Environment i plays episode i, where environments know such an option of their reset.
+    slots: EpisodeSlots
+    picture: Callable[[Trace], NDArray[np.uint8]] | None = None
+    """Draws the first episode (H, W, 3) for TensorBoard."""
+
+
+def validate(policy: Policy, validation: Validation, seed: int) -> tuple[dict[str, float], NDArray[np.uint8] | None]:
+    """Mean measures over all episodes, acting as in training: by sampling, with each episode's own noise.
 
     Args:
         policy: What is asked.
-        envs: Its environments; as many episodes are played.
-        seed: Of their episodes and the noise.
-        longest: Steps after which an episode that has not ended is left out.
+        validation: Its episodes.
+        seed: Of the noise.
 
     Returns:
-        Mean measures, and where the first agent walked, (steps + 1, 3) [m], or None where environments do not say.
+        Mean measures, and a picture of the first episode where there is one.
     """
-    device = policy.initial_state(1).device
-    generator = np.random.Generator(np.random.PCG64(seed))
-    observations, _ = envs.reset(seed=seed, options={"episodes": np.arange(envs.num_envs)})
-    count = envs.num_envs
-    state = policy.initial_state(count)
-    starts, playing = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
-    actions = torch.zeros(count, dtype=torch.int64, device=device)
-    measures: list[dict[str, float]] = []
-    path = [_first_position(envs)]
-    for _ in range(longest):
-        shown = {key: as_tensor(observations[key]).to(device) for key in policy.shapes}
-        output = policy.step(shown, actions, torch.from_numpy(starts).to(device), state)
-        noise = generator.random(tuple(output.logits.shape), dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
-        state, actions = output.state, sample_actions(output.logits, torch.from_numpy(noise).to(device))
-        observations, _, terminated, truncated, info = envs.step(actions.cpu().numpy())
-        starts = terminated | truncated
-        measures += final_measures(info, np.flatnonzero(starts & playing))
-        playing &= ~starts
-        if playing[0]:
-            path.append(_first_position(envs))
-        if not playing.any():
-            break
-    means = {key: float(np.mean([row[key] for row in measures])) for key in (measures[0] if measures else ())}
-    return means, None if path[0] is None else np.array(path)
+    slots, outcomes, first = validation.slots, Outcomes(), list[Trace]()
+
+    def keep(played: Played) -> None:
+        if played.index == 0:
+            first.append(played.trace)
+
+    observers: list[Observer] = [outcomes]
+    if validation.picture is not None:
+        observers.append(TraceRecorder(keep))
+    agent = PolicyAgent(policy, "validated", "sampled", slots.num_slots)
+    play(agent, slots, range(len(slots.episode_ids)), seed, observers)
+    means = {name: float(values.mean()) for name, values in outcomes.measures().items()}
+    return means, validation.picture(first[0]) if validation.picture is not None and first else None
 
 
-def score(measures: dict[str, float]) -> float:
+def score(measures: Mapping[str, float]) -> float:
     """The number by which policies are ranked; more is better."""
     return next((measures[name] for name in SCORES if name in measures), float("-inf"))
-
-
-def _first_position(envs: VectorEnv) -> NDArray[np.float64] | None:
-    slots = getattr(envs, "slots", None)
-    return None if slots is None else slots.positions[0].copy()

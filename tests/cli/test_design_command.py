@@ -19,7 +19,7 @@ TINY = [
     "train.policy.lstm_hidden=8",
     "train.env.max_scenes=1",
     "train.env.episodes_per_scene=4",
-    "train.env.task.max_steps=10",
+    "train.env.rules.max_steps=10",
 ]
 
 

@@ -5,10 +5,11 @@ from pathlib import Path
 import pytest
 
 import prnav
+from prnav.catalog import task_spec
 from prnav.cli import eval as command
 from prnav.cli.report import main as report
-from prnav.domains.navigation.env import EnvConfig
-from prnav.domains.navigation.tasks import TargetNavConfig
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
+from prnav.domains.navigation.targetnav import TargetNavConfig, TargetNavEnvConfig
 
 
 def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
@@ -35,7 +36,10 @@ def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
     [
         (["--run", "nothing"], "run nothing: there is no such folder; give one that prnav-train made (--run DIR)"),
         (["--split", "val"], "nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)"),
-        (["--agent", "random", "--target", "invisible"], "--target is for TargetNav; add --task targetnav"),
+        (
+            ["--agent", "random", "--target", "invisible"],
+            "pointgoal has no target that can be seen",
+        ),
         (
             ["--agent", "goal-follower", "--task", "targetnav", "--split", "val", "--episodes", "1"],
             "agent 'goal-follower' needs a goal, and targetnav shows none; valid there: shortest-path, random, forward",
@@ -61,7 +65,8 @@ def test_folders_are_named_for_what_was_asked():
     def folder(actions, *arguments, several=False, rules=None):
         options = command.parser().parse_args(arguments)
         entry = command.Entry("random", Path("runs/a"), actions)
-        name = command._folder_name(entry, options, EnvConfig(targetnav=rules), "test")
+        config = TargetNavEnvConfig(scenes="test", rules=rules) if rules else PointGoalEnvConfig(scenes="test")
+        name = command._folder_name(entry, options, task_spec(config.kind.name), config)
         return str(command._directory(entry, options, name, several))
 
     assert folder(None) == "runs/a/eval/test"

@@ -8,6 +8,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.design.cost import CostConfig
 from prnav.design.designed_envs import DesignedVectorEnv
 from prnav.design.gaussian import DesignPolicy, DesignPolicyConfig
@@ -57,10 +58,16 @@ class ScoredEnv(VectorEnv):
         self.time = np.where(over, 0, self.time + 1)
         return self._observe(), np.zeros(self.num_envs), over, np.zeros_like(over), info
 
-    def get_state(self):
+    observation_specs = {
+        "design": ObservationSpec((1, 7), "design"),
+        "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
+    }
+    action_spec = DiscreteActions(2)
+
+    def snapshot(self):
         return {"theta": self.theta.copy(), "waiting": self.waiting.copy(), "time": self.time.copy()}
 
-    def set_state(self, state):
+    def restore(self, state):
         self.theta, self.waiting, self.time = (np.array(state[key]) for key in ("theta", "waiting", "time"))
 
     def _observe(self):
@@ -81,7 +88,9 @@ JOINT = JointConfig(2, 1, 2, score="soft_spl", policy=DesignPolicyConfig(learnin
 
 
 def trainer(path, run=None, joint=JOINT, **keys):
-    return JointTrainer(run or config(), joint, ScoredEnv(), DESIGN, RunFolder(path), **keys)
+    made = JointTrainer(run or config(), joint, ScoredEnv(), DESIGN, RunFolder(path), **keys)
+    made.begin()
+    return made
 
 
 def test_the_schedule_is_the_papers():

@@ -8,11 +8,11 @@ import pytest
 
 from prnav.design.config import config_names, load_optimize_config
 from prnav.design.optimize import Optimizer
-from prnav.design.regression import fit_and_test, r2
 from prnav.design.specialist import Judge
 from prnav.design.sweep import collect, read_plan, work, write_plan
 from prnav.domains.navigation.probe import Proxy, ProxyConfig
 from prnav.errors import ConfigError
+from prnav.regression import fit_and_test, r2
 from prnav.sensors import Design, load_design, random_design
 from prnav.train.config import config_names as train_config_names
 
@@ -120,7 +120,7 @@ def test_a_search_on_the_proxy_is_judged_and_goes_on(tmp_path, tiny):
     assert "search" in said and "specialists" in said
     again = Optimizer(config, tmp_path, lambda *a: said.append("again"))
     np.testing.assert_array_equal(again.run().sensors, best.sensors)  # nothing is done twice
-    assert again._judge is None or not again._judge._sources
+    assert again._judge is None or not again._judge._worlds
     with pytest.raises(ConfigError, match="another search was started here"):
         Optimizer(tiny("method=tpe"), tmp_path)
 

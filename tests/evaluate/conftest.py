@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.frames import forward, wrap_angle, yaw_towards
 
 WALL_X = 3.0
@@ -19,6 +20,9 @@ class PlaneSlots:
     def __init__(self, num_slots: int, episodes: int = 40, max_steps: int = 60) -> None:
         generator = np.random.default_rng(0)
         self.num_slots = num_slots
+        self.action_spec = DiscreteActions(4)
+        self.observation_specs = {"pointgoal": ObservationSpec((2,), "vector")}
+        self.actions = np.zeros(num_slots, np.int64)
         self.max_steps = max_steps
         self.starts = generator.uniform(-2.0, 2.0, size=(episodes, 3)) * [1.0, 0.0, 1.0]
         self.goals = generator.uniform(-3.0, 3.0, size=(episodes, 3)) * [1.0, 0.0, 1.0]
@@ -45,7 +49,14 @@ class PlaneSlots:
         bearing = wrap_angle(yaw_towards(offsets) - self.yaws[slots])
         return {"pointgoal": np.stack([np.linalg.norm(offsets, axis=1), bearing], axis=1).astype(np.float32)}
 
-    def advance(self, actions):
+    def state(self, slots):
+        return {"positions": self.positions[slots], "yaws": self.yaws[slots]}
+
+    def events(self, slots):
+        return {"actions": self.actions[slots].astype(np.int8), "collisions": self.collided[slots]}
+
+    def advance(self, actions, acting):
+        self.actions = actions = np.where(acting, actions, -1)
         moved = self.positions + np.where((actions == 1)[:, None], 0.25 * forward(self.yaws), 0.0)
         self.collided = (actions == 1) & (moved[:, 0] > WALL_X)
         moved[:, 0] = np.minimum(moved[:, 0], WALL_X)

@@ -3,9 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from prnav.domains.navigation.references import reference_agent
-from prnav.errors import RecordError
-from prnav.evaluate.agents import (
+from prnav.contracts import Turn
+from prnav.domains.navigation.agents import (
     FORWARD,
     LEFT,
     RIGHT,
@@ -13,15 +12,16 @@ from prnav.evaluate.agents import (
     ForwardAgent,
     GoalFollowerAgent,
     RandomAgent,
-    Turn,
+    ShortestPathAgent,
 )
-from prnav.evaluate.evaluator import play_episodes
+from prnav.errors import RecordError
 from prnav.evaluate.records import (
     RecordWriter,
     find_evaluations,
     load_evaluation,
-    load_trajectories,
+    load_traces,
 )
+from prnav.play import TraceRecorder, play
 
 HEADER = {"agent": "random", "actions": "sampled", "seed": 3, "split": "plane"}
 
@@ -37,7 +37,7 @@ def evaluate(slots, directory, agent=None, stop_after=None, header=HEADER):
             if stop_after is not None and len(writer.rows) + len(writer._block) >= stop_after:
                 raise KeyboardInterrupt
 
-        play_episodes(slots, agent or RandomAgent(), todo, 3, keep)
+        play(agent or RandomAgent(), slots, todo, 3, [TraceRecorder(keep)])
         return writer.finish(order, {})
 
 
@@ -61,7 +61,7 @@ def test_reference_agents_do_what_their_papers_say():
     assert drawn[-1] == STOP
     assert set(drawn[:-1].tolist()) == {FORWARD, LEFT, RIGHT}
     np.testing.assert_allclose(np.bincount(drawn[:-1])[1:] / 3000, 1 / 3, atol=0.04)
-    oracle = reference_agent("shortest-path", lambda: np.array([2]))
+    oracle = ShortestPathAgent(lambda: np.array([2]))
     assert oracle.act(turn([ahead])).tolist() == [2]
 
 
@@ -84,12 +84,12 @@ def test_records_are_the_same_bytes_for_any_number_of_slots(plane, tmp_path, age
 def test_trajectories_retell_the_records(plane, tmp_path):
     slots = plane(5)
     evaluation = evaluate(slots, tmp_path)
-    trajectories = load_trajectories(load_evaluation(tmp_path))
+    trajectories = load_traces(load_evaluation(tmp_path))
     for i, (row, trajectory) in enumerate(zip(evaluation.rows, trajectories, strict=True)):
-        assert len(trajectory.actions) == row["steps"] == len(trajectory.positions) - 1 == len(trajectory.yaws) - 1
-        assert trajectory.collisions.sum() == row["collisions"]
-        np.testing.assert_array_equal(trajectory.positions[0], slots.starts[i])
-        distance = np.linalg.norm(slots.goals[i] - trajectory.positions[-1])
+        assert len(trajectory) == row["steps"] == len(trajectory["positions"]) - 1 == len(trajectory["yaws"]) - 1
+        assert trajectory["collisions"].sum() == row["collisions"]
+        np.testing.assert_array_equal(trajectory["positions"][0], slots.starts[i])
+        distance = np.linalg.norm(slots.goals[i] - trajectory["positions"][-1])
         assert distance == pytest.approx(row["distance_to_goal"], abs=1e-12)
 
 
@@ -148,7 +148,7 @@ def test_broken_records_are_named_with_the_remedy(plane, tmp_path):
         load_evaluation(tmp_path)
     (tmp_path / "trajectories.npz").write_bytes(b"PK")
     with pytest.raises(RecordError, match=r"trajectories\.npz: cannot be read"):
-        load_trajectories(evaluation)
+        load_traces(evaluation)
     (tmp_path / "evaluation.json").write_text(json.dumps({**evaluation.header, "format": 99}))
     with pytest.raises(RecordError, match="format 99 is newer than 1, the newest known; update prnav"):
         load_evaluation(tmp_path)

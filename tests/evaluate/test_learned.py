@@ -2,12 +2,14 @@ import numpy as np
 import pytest
 import torch
 
+from prnav.contracts import DiscreteActions, ObservationSpec, Turn
 from prnav.errors import CheckpointError
-from prnav.evaluate.agents import Turn
-from prnav.evaluate.learned import BLOCK, PolicyAgent, load_run
+from prnav.evaluate.learned import load_run
+from prnav.play.policy_agent import BLOCK, PolicyAgent
 from prnav.policy import PolicyConfig, build_policy
 
 SHAPES = {"photoreceptors": (2, 4, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
+KINDS = {"photoreceptors": "receptors", "design": "design"}
 
 
 def made_up(generator, *leading):
@@ -19,7 +21,9 @@ def made_up(generator, *leading):
 
 
 def make_policy(encoder):
-    return build_policy(PolicyConfig(encoder=encoder, width=32, feedforward=48, lstm_hidden=32), SHAPES, 4, seed=1)
+    specs = {name: ObservationSpec(shape, KINDS.get(name, "vector")) for name, shape in SHAPES.items()}
+    config = PolicyConfig(encoder=encoder, width=32, feedforward=48, lstm_hidden=32)
+    return build_policy(config, specs, DiscreteActions(4), seed=1)
 
 
 def walk(policy, order, num_slots, actions, steps=6):
@@ -58,7 +62,7 @@ def test_probabilities_are_the_same_bits_in_every_row_of_a_block(encoder):
         value[:] = value[0]
     ones = np.ones(BLOCK, bool)
     turn = Turn(observations, ones, ones, np.zeros(BLOCK, np.uint64), np.zeros(BLOCK, np.int64))
-    probabilities = agent._probabilities(turn)
+    probabilities = agent._distribution(turn).parameters.numpy()
     np.testing.assert_array_equal(probabilities, np.repeat(probabilities[:1], BLOCK, axis=0))
 
 
@@ -72,7 +76,7 @@ def test_greedy_takes_the_likeliest_action_of_the_policy_itself():
     tensors = {name: torch.from_numpy(value) for name, value in observations.items()}
     with torch.no_grad():
         step = policy.step(tensors, torch.zeros(3, dtype=torch.int64), torch.from_numpy(ones), policy.initial_state(3))
-    assert actions.tolist() == step.logits.argmax(dim=1).tolist()
+    assert actions.tolist() == step.distribution.mode().tolist()
 
 
 def test_a_policy_that_is_not_finite_is_named():

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import pytest
 
+from prnav.catalog import task_spec
 from prnav.domains.navigation.benchmark import BENCHMARK
-from prnav.domains.navigation.env import EnvConfig
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 from prnav.domains.navigation.sights import load_sights
-from prnav.domains.navigation.tasks import TargetNavConfig
+from prnav.domains.navigation.targetnav import TargetNavConfig, TargetNavEnvConfig
 from prnav.errors import CheckpointError, ConfigError, PrnavError, RecordError
+from prnav.evaluate.evaluation import evaluate, load_questions
 from prnav.evaluate.learned import load_run, recipe
-from prnav.evaluate.navigation import evaluate_navigation, load_questions
 from prnav.evaluate.records import load_evaluation
 from prnav.evaluate.submission import verify_submission, write_submission
 from prnav.policy import PolicyConfig
@@ -36,23 +37,31 @@ def script():
 
 @pytest.fixture(scope="module")
 def config():
-    return EnvConfig(scenes="val", max_scenes=2, grid=2, rays_per_receptor=1)
+    return PointGoalEnvConfig(scenes="val", max_scenes=2, grid=2, rays_per_receptor=1)
 
 
 @pytest.fixture(scope="module")
 def target(config):
-    return dataclasses.replace(config, targetnav=TargetNavConfig(max_steps=200))
+    return TargetNavEnvConfig(
+        scenes="val", max_scenes=2, grid=2, rays_per_receptor=1, rules=TargetNavConfig(max_steps=200)
+    )
 
 
 @pytest.fixture(scope="module")
 def questions(config):
-    return load_questions(config, limit=50)
+    return load_questions(task_spec("pointgoal"), config, limit=50)
 
 
 @pytest.fixture(scope="module")
-def evaluated(questions, target, tmp_path_factory):
+def hunt(questions, target):
+    """The same episodes for the other task."""
+    return dataclasses.replace(questions, task="targetnav", config=target)
+
+
+@pytest.fixture(scope="module")
+def evaluated(hunt, target, tmp_path_factory):
     folder = tmp_path_factory.mktemp("evaluated")
-    return evaluate_navigation(questions, target, folder, agent="wall-follower")
+    return evaluate(hunt, target, folder, agent="wall-follower")
 
 
 @pytest.fixture(scope="module")
@@ -60,17 +69,21 @@ def run(tmp_path_factory):
     """A TargetNav run that was saved before its first step."""
     from prnav.domains.navigation.env import NavigationVectorEnv
 
-    env = EnvConfig(scenes="val", max_scenes=1, grid=2, rays_per_receptor=1, targetnav=TargetNavConfig(max_steps=40))
+    env = TargetNavEnvConfig(
+        scenes="val", max_scenes=1, grid=2, rays_per_receptor=1, rules=TargetNavConfig(max_steps=40)
+    )
     policy = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
     config = TrainConfig(task="targetnav", num_envs=2, env=env, policy=policy, ppo=PPOConfig(mini_batches=1))
     folder = RunFolder(tmp_path_factory.mktemp("run"))
-    Trainer(config, NavigationVectorEnv(2, env), folder, data={"benchmark": BENCHMARK}).close()
+    trainer = Trainer(config, NavigationVectorEnv(2, env), folder, data={"benchmark": BENCHMARK})
+    trainer.begin()
+    trainer.close()
     return folder
 
 
 @pytest.mark.parametrize("agent", ["goal-follower", "shortest-path"])
 def test_an_independent_script_finds_the_same_measures(questions, config, tmp_path, agent):
-    evaluate_navigation(questions, config, tmp_path, agent=agent)
+    evaluate(questions, config, tmp_path, agent=agent)
     assert max(script().recompute(tmp_path).values()) <= 1e-9
 
 
@@ -87,11 +100,11 @@ def test_the_script_sees_a_wrong_number(evaluated, tmp_path):
     assert script().recompute(tmp_path / "copy")["spl"] == pytest.approx(1e-6)
 
 
-def test_workers_change_no_byte(questions, target, run, tmp_path):
-    trained, rules = load_run(run.path, print), dataclasses.replace(target, targetnav=TargetNavConfig(max_steps=40))
+def test_workers_change_no_byte(hunt, target, run, tmp_path):
+    trained, rules = load_run(run.path, print), dataclasses.replace(target, rules=TargetNavConfig(max_steps=40))
     for workers in (1, 2):
         folder = tmp_path / str(workers)
-        evaluate_navigation(questions, rules, folder, agent=trained, workers=workers, num_envs=13 * workers)
+        evaluate(hunt, rules, folder, agent=trained, workers=workers, num_envs=13 * workers)
     for file in (*FILES, "sights.npz"):
         assert (tmp_path / "1" / file).read_bytes() == (tmp_path / "2" / file).read_bytes(), file
     sights, rows = load_sights(tmp_path / "2"), load_evaluation(tmp_path / "2").rows
@@ -102,11 +115,11 @@ def test_an_agent_without_light_leaves_no_readings(evaluated):
     assert load_sights(evaluated.directory) == {}
 
 
-def test_what_a_worker_meets_is_told(questions, target, monkeypatch, tmp_path):
+def test_what_a_worker_meets_is_told(hunt, target, monkeypatch, tmp_path):
     monkeypatch.setattr("prnav.evaluate.workers.PATIENCE", 0.1)
-    lost = dataclasses.replace(questions, limit=30)  # workers load fewer episodes than they are asked to play
+    lost = dataclasses.replace(hunt, limit=30)  # workers load fewer episodes than they are asked to play
     with pytest.raises(PrnavError, match="a worker process of the evaluation ended with status 1; what is done is kep"):
-        evaluate_navigation(lost, target, tmp_path, agent="forward", workers=2)
+        evaluate(lost, target, tmp_path, agent="forward", workers=2)
 
 
 def test_a_result_file_says_what_it_is_of_and_holds(evaluated):
@@ -129,7 +142,10 @@ def test_a_result_file_says_what_it_is_of_and_holds(evaluated):
     [
         ({"kind": "other"}, "no result of prnav; give a file that prnav-eval --submit wrote"),
         ({"format": 9}, "format 9; this version of prnav reads 1"),
-        ({"benchmark": "prhouses-v999"}, f"of benchmark prhouses-v999, and this version of prnav has {BENCHMARK}; ver"),
+        (
+            {"benchmark": "prhouses-v999"},
+            f"of benchmark prhouses-v999, and this version of prnav has {BENCHMARK}; ",
+        ),
         ({"agent": "shortest-path"}, "'agent' is not that of the records"),
         ({"measures": {}}, "'measures' is not that of the records"),
         ({"sha256": {"records.jsonl": "0"}}, r"records\.jsonl is not the file it was computed from .SHA-256 differs"),
@@ -172,9 +188,7 @@ def test_a_run_of_another_benchmark_version_is_named(run, tmp_path):
     facts = json.loads(path.read_text())
     facts["data"]["benchmark"] = "prhouses-v999"
     path.write_text(json.dumps(facts))
-    with pytest.raises(
-        CheckpointError, match=f"trained for benchmark prhouses-v999, and this .* has {BENCHMARK}; eval"
-    ):
+    with pytest.raises(CheckpointError, match=f"trained for benchmark prhouses-v999, and this .* has {BENCHMARK}; "):
         load_run(tmp_path / "old", print)
 
 
@@ -189,7 +203,7 @@ def test_a_missing_checkpoint_is_named(run, tmp_path):
 def test_a_run_is_evaluated_on_its_own_task_alone(run, questions, config, tmp_path):
     trained = load_run(run.path, print)
     with pytest.raises(ConfigError, match="is for targetnav and cannot be evaluated on pointgoal"):
-        evaluate_navigation(questions, config, tmp_path, agent=trained)
+        evaluate(questions, config, tmp_path, agent=trained)
 
 
 def test_a_recipe_forgets_name_and_seed_alone(run):

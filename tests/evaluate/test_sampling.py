@@ -1,6 +1,6 @@
 import numpy as np
 
-from prnav.evaluate.sampling import episode_key, sample_categorical, uniforms
+from prnav.play.noise import episode_key, uniforms, uniforms_of_width
 
 
 def test_uniforms_are_uniform_and_uncorrelated_between_steps_and_episodes():
@@ -26,10 +26,9 @@ def test_known_value_is_the_same_on_every_machine():
     assert uniforms(key, np.array([0]))[0] == 0.7428277803319073
 
 
-def test_categorical_draws_by_probability_and_never_what_has_none():
-    generator = np.random.default_rng(0)
-    probabilities = np.tile([0.0, 0.2, 0.5, 0.3, 0.0], (20_000, 1))
-    actions = sample_categorical(probabilities, generator.random(20_000))
-    np.testing.assert_allclose(np.bincount(actions, minlength=5) / 20_000, [0, 0.2, 0.5, 0.3, 0], atol=0.015)
-    edges = sample_categorical(probabilities[:2], np.array([0.0, np.nextafter(1.0, 0.0)]))
-    assert edges.tolist() == [1, 3]
+def test_several_numbers_for_a_step_are_all_different():
+    keys = np.array([episode_key(7, "a", "1"), episode_key(7, "a", "2")], dtype=np.uint64)
+    steps = np.array([4, 9])
+    np.testing.assert_array_equal(uniforms_of_width(keys, steps, 1)[:, 0], uniforms(keys, steps))
+    drawn = np.concatenate([uniforms_of_width(keys, np.full(2, step), 3).ravel() for step in range(100)])
+    assert len(np.unique(drawn)) == 600

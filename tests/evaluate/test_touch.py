@@ -1,11 +1,16 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from prnav.contracts import Turn
+from prnav.domains.navigation.agents import FORWARD, LEFT, RIGHT, STOP
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 from prnav.domains.navigation.references import REFERENCE_AGENTS, reference_agent
+from prnav.domains.navigation.targetnav import TargetNavEnvConfig
 from prnav.domains.navigation.touch import BlindAgent, WallFollowerAgent
 from prnav.errors import ConfigError
-from prnav.evaluate.agents import FORWARD, LEFT, RIGHT, STOP, Turn
-from prnav.evaluate.evaluator import play_episodes
+from prnav.play import TraceRecorder, play
 
 STEP = 0.25
 
@@ -72,23 +77,38 @@ def test_without_a_goal_the_blind_agent_turns_away_from_walls():
 
 @pytest.mark.parametrize("name", ["wall-follower", "blind"])
 def test_rows_do_not_depend_on_the_number_of_slots(plane, name):
-    def play(count):
+    made = {"wall-follower": WallFollowerAgent, "blind": BlindAgent}[name]
+
+    def played(count):
         slots, seen = plane(count), {}
         observe = slots.observe
         slots.observe = lambda who: {**observe(who), "gps": slots.positions[who][:, [0, 2]].astype(np.float32)}
-        agent = reference_agent(name, lambda: None, num_slots=count)
-        play_episodes(slots, agent, range(40), 0, lambda played: seen.update({played.index: played.trajectory.actions}))
+        recorder = TraceRecorder(lambda played: seen.update({played.index: played.trace["actions"]}))
+        play(made(count), slots, range(40), 0, [recorder])
         return seen
 
-    one, many = play(1), play(7)
+    one, many = played(1), played(7)
     for index in range(40):
         np.testing.assert_array_equal(one[index], many[index])
 
 
 def test_agents_are_found_by_name():
+    slots = SimpleNamespace(num_slots=2, first_action=0)
     for name in REFERENCE_AGENTS:
-        assert reference_agent(name, lambda: None).name == name
+        assert reference_agent(name, slots, PointGoalEnvConfig()).name == name
     with pytest.raises(ConfigError, match="agent 'goal-follower' needs a goal, and targetnav shows none; valid there"):
-        reference_agent("goal-follower", lambda: None, task="targetnav")
+        reference_agent("goal-follower", slots, TargetNavEnvConfig())
     with pytest.raises(ConfigError, match="agent 'oracle' is not known; valid: shortest-path"):
-        reference_agent("oracle", lambda: None)
+        reference_agent("oracle", slots, PointGoalEnvConfig())
+
+
+def test_a_task_without_stop_counts_its_actions_from_forward():
+    slots = SimpleNamespace(num_slots=1, first_action=1, expert_actions=lambda: np.array([1]))
+    agent = reference_agent("shortest-path", slots, TargetNavEnvConfig())
+    assert agent.act(None).tolist() == [1]
+    assert reference_agent("forward", slots, TargetNavEnvConfig()).act(turn_without_goal()).tolist() == [0]
+
+
+def turn_without_goal():
+    nothing = np.zeros(1, bool)
+    return Turn({}, nothing, ~nothing, np.zeros(1, np.uint64), np.zeros(1, np.int64))

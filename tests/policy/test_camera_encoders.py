@@ -5,9 +5,10 @@ import importlib
 import numpy as np
 import pytest
 import torch
+from policy_specs import FOUR, specs
 
-from prnav.domains.navigation.env import EnvConfig
 from prnav.domains.navigation.env.spaces import observation_space
+from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy
 from prnav.policy.camera_encoders import PATCH, PICTURES_AT_ONCE, PatchMap, patches, pixels
@@ -25,7 +26,7 @@ def observations(batch: int) -> dict[str, torch.Tensor]:
 
 
 def test_a_camera_token_is_a_flat_patch_its_design_and_its_place():
-    encoder = build_policy(PolicyConfig(encoder="camera", **SIZES), SHAPES, 4).encoder
+    encoder = build_policy(PolicyConfig(encoder="camera", **SIZES), specs(SHAPES), FOUR).encoder
     seen = observations(3)
     tokens = encoder.tokens(seen)
     assert tokens.shape == (3, 1 + 1 + 1 + 4, 16)
@@ -54,7 +55,7 @@ def test_the_map_of_patches_is_a_linear_layer_of_them_forward_and_backward():
 
 def test_a_receptor_token_is_a_reading_its_design_and_its_place():
     shapes = {"photoreceptors": (2, 4, 3), "design": (2, 7), "gps": (2,), "compass": (1,)}
-    encoder = build_policy(PolicyConfig(**SIZES), shapes, 4).encoder
+    encoder = build_policy(PolicyConfig(**SIZES), specs(shapes), FOUR).encoder
     seen = {key: torch.rand(3, *shape) for key, shape in shapes.items()}
     tokens = encoder.tokens(seen)
     for sensor in range(2):
@@ -66,7 +67,7 @@ def test_a_receptor_token_is_a_reading_its_design_and_its_place():
 
 
 def test_the_last_layer_is_asked_for_the_readout_alone():
-    encoder = build_policy(PolicyConfig(encoder="camera", **SIZES), SHAPES, 4).encoder
+    encoder = build_policy(PolicyConfig(encoder="camera", **SIZES), specs(SHAPES), FOUR).encoder
     tokens = encoder.tokens(observations(3))
     for block in encoder.blocks:
         tokens = block(tokens)
@@ -80,7 +81,7 @@ def test_what_a_camera_sees_and_its_design_change_the_encoding(encoder):
             importlib.import_module("torchvision.models")
         except (ImportError, RuntimeError) as error:
             pytest.skip(f"torchvision of this torch is not installed ({error}); pip install torchvision runs this")
-    policy = build_policy(PolicyConfig(encoder=encoder, **SIZES), SHAPES, 4)
+    policy = build_policy(PolicyConfig(encoder=encoder, **SIZES), specs(SHAPES), FOUR)
     seen = observations(2)
     with torch.no_grad():
         before = policy.encoder(seen)
@@ -96,31 +97,37 @@ def test_what_a_camera_sees_and_its_design_change_the_encoding(encoder):
 
 def test_what_is_missing_is_said():
     without = {key: shape for key, shape in SHAPES.items() if key != "camera"}
-    with pytest.raises(ConfigError, match="needs the observations 'camera' and 'design'.* set env.camera_size"):
-        build_policy(PolicyConfig(encoder="camera", **SIZES), without, 4)
+    with pytest.raises(
+        ConfigError, match="needs one observation of pictures and one of their design; .* set env.camera_size"
+    ):
+        build_policy(PolicyConfig(encoder="camera", **SIZES), specs(without), FOUR)
     odd = {**SHAPES, "camera": (1, 40, 40, 3)}
     with pytest.raises(ConfigError, match="multiples of 16; they have 40 x 40 pixels: change env.camera_size"):
-        build_policy(PolicyConfig(encoder="camera", **SIZES), odd, 4)
+        build_policy(PolicyConfig(encoder="camera", **SIZES), specs(odd), FOUR)
 
 
 def test_a_torchvision_that_cannot_be_used_is_one_line(monkeypatch):
-    def broken(name: str) -> None:
-        raise RuntimeError("operator torchvision::nms does not exist")
+    working = importlib.import_module
+
+    def broken(name: str) -> object:
+        if name.startswith("torchvision"):
+            raise RuntimeError("operator torchvision::nms does not exist")
+        return working(name)
 
     monkeypatch.setattr("prnav.policy.camera_encoders.importlib.import_module", broken)
     with pytest.raises(ConfigError, match="needs torchvision .operator torchvision::nms does not exist.*install"):
-        build_policy(PolicyConfig(encoder="resnet50", **SIZES), SHAPES, 4)
+        build_policy(PolicyConfig(encoder="resnet50", **SIZES), specs(SHAPES), FOUR)
 
 
 def test_the_environment_gives_pictures_of_bytes():
-    space = observation_space(EnvConfig(camera_size=32), 2)
+    space = observation_space(PointGoalEnvConfig(camera_size=32), 2)
     assert space["camera"].shape == (2, 32, 32, 3) and space["camera"].dtype == np.uint8
     assert "photoreceptors" not in space.spaces
-    assert "camera" not in observation_space(EnvConfig(camera_size=32, vision=False), 2).spaces
+    assert "camera" not in observation_space(PointGoalEnvConfig(camera_size=32, vision=False), 2).spaces
 
 
 def test_bfloat16_encodes_nearly_the_same():
-    policy = build_policy(PolicyConfig(encoder="camera", **SIZES), SHAPES, 4)
+    policy = build_policy(PolicyConfig(encoder="camera", **SIZES), specs(SHAPES), FOUR)
     seen = observations(2)
     with torch.no_grad():
         exact = policy._encode(seen)

@@ -6,12 +6,11 @@ import threading
 
 import pytest
 import torch
+from policy_specs import FOUR, SHAPES, specs
 
 from prnav.policy import PolicyConfig, build_policy
 from prnav.policy.block_cpu import Memory, block
 from prnav.policy.encoders import TransformerBlock
-
-SHAPES = {"photoreceptors": (2, 16, 3), "design": (2, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
 
 
 def scattered(module: torch.nn.Module) -> torch.nn.Module:
@@ -65,7 +64,7 @@ def test_scores_far_apart_stay_finite():
 
 
 def test_the_encoder_has_the_outputs_and_gradients_of_plain_modules():
-    policy = build_policy(PolicyConfig(encoder="transformer", width=32, lstm_hidden=16), SHAPES, 4)
+    policy = build_policy(PolicyConfig(encoder="transformer", width=32, lstm_hidden=16), specs(), FOUR)
     fast = scattered(policy.encoder)
     exact = copy.deepcopy(fast).double()
     observations = {key: torch.rand(30, *shape) for key, shape in SHAPES.items()}

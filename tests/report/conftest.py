@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from prnav.contracts import Played, Trace
 from prnav.domains.navigation.maps import FloorMap, save_maps
-from prnav.evaluate.evaluator import Played, Trajectory
 from prnav.evaluate.records import RecordWriter
 from prnav.evaluate.summary import summarise
 
@@ -20,8 +20,9 @@ def write_evaluation(directory, agent, actions="greedy", episodes=9, floors=(0.0
             turns = np.cumsum(generator.normal(0, 0.5, steps))
             moves = 0.25 * np.stack([np.sin(turns), 0 * turns, np.cos(turns)], axis=1)
             positions = np.concatenate([np.zeros((1, 3)), np.cumsum(moves, axis=0)])
-            trajectory = Trajectory(
-                positions, np.zeros(steps + 1), np.ones(steps, np.int8), generator.random(steps) < 0.2
+            trace = Trace(
+                {"positions": positions, "yaws": np.zeros(steps + 1)},
+                {"actions": np.ones(steps, np.int8), "collisions": generator.random(steps) < 0.2},
             )
             row = {
                 "scene_id": scene,
@@ -30,14 +31,14 @@ def write_evaluation(directory, agent, actions="greedy", episodes=9, floors=(0.0
                 "spl": i / episodes,
                 "soft_spl": i / episodes,
                 "distance_to_goal": None if i == 0 else float(episodes - i),
-                "collisions": int(trajectory.collisions.sum()),
+                "collisions": int(trace["collisions"].sum()),
                 "steps": steps,
                 "geodesic_distance": 5.0,
                 "goal": [2.0, 0.0, 2.0],
             }
             if starts:
                 row |= {"start": [0.0, 0.0, 0.1 * i], "geodesic_distance": 3.0 + i}
-            writer.add(Played(i, row, trajectory))
+            writer.add(Played(i, row, trace))
         measures = {key: vars(value) for key, value in summarise(writer.all_rows(order), resamples=50).items()}
         plan = np.ones((60, 80), bool)
         save_maps(directory, [FloorMap("home/<1>", height, (-3.0, -3.0), 0.1, plan) for height in floors])

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from prnav.contracts.records import pick_episodes, pick_pairs
 from prnav.domains.navigation.maps import load_maps
 from prnav.domains.navigation.pictures.breakdown import bin_edges, draw_breakdown, means_by_bin
 from prnav.domains.navigation.pictures.sights import draw_sight, sensors_side_by_side
 from prnav.domains.navigation.pictures.topdown import draw_episodes, draw_house, draw_pairs
-from prnav.evaluate.picks import pick_episodes, pick_pairs
-from prnav.evaluate.records import load_evaluation, load_trajectories
+from prnav.evaluate.records import load_evaluation, load_traces
 from prnav.report.curves import draw_curves, series, smooth
 from prnav.report.designs import REACH, Sight, draw_design, frusta
 from prnav.sensors import load_design
@@ -36,7 +36,7 @@ def test_few_episodes_are_picked_once_each(count):
 
 def test_collisions_are_red_and_pictures_repeat(run, tmp_path):
     evaluation = load_evaluation(run / "eval" / "test-greedy")
-    trajectories, maps = load_trajectories(evaluation), load_maps(evaluation.directory)
+    trajectories, maps = load_traces(evaluation), load_maps(evaluation.directory)
     first = save_png(draw_episodes(evaluation, trajectories, maps), tmp_path / "a.png")
     again = save_png(draw_episodes(evaluation, trajectories, maps), tmp_path / "b.png")
     assert first.read_bytes() == again.read_bytes()
@@ -44,14 +44,14 @@ def test_collisions_are_red_and_pictures_repeat(run, tmp_path):
     red = (image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] < 90)
     assert red.sum() > 20
     for trajectory in trajectories:
-        trajectory.collisions[:] = False
+        trajectory["collisions"][:] = False
     image = pixels(draw_house(evaluation, trajectories, maps))
     assert not ((image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] < 90)).any()
 
 
 def test_trajectories_are_drawn_without_a_map(run):
     evaluation = load_evaluation(run / "eval" / "test-greedy")
-    image = pixels(draw_episodes(evaluation, load_trajectories(evaluation), []))
+    image = pixels(draw_episodes(evaluation, load_traces(evaluation), []))
     assert (image.sum(axis=-1) < 3 * 128).sum() > 100
 
 
@@ -114,10 +114,10 @@ def test_pairs_are_where_two_differ_most():
 
 def test_an_episode_is_drawn_on_every_floor_it_touches(run, make_evaluation, tmp_path):
     evaluation = make_evaluation(tmp_path / "two", "climber", floors=(0.0, 3.0))
-    trajectories, maps = load_trajectories(evaluation), load_maps(evaluation.directory)
+    trajectories, maps = load_traces(evaluation), load_maps(evaluation.directory)
     flat = draw_episodes(evaluation, trajectories, maps)
     count = sum(bool(axes.get_title(loc="left")) for axes in flat.axes)
-    trajectories[0].positions[5:, 1] = 3.0
+    trajectories[0]["positions"][5:, 1] = 3.0
     for row in evaluation.rows:
         row["spl"] = 1.0
     evaluation.rows[0]["spl"] = 0.0  # the worst is always shown
@@ -130,7 +130,7 @@ def test_an_episode_is_drawn_on_every_floor_it_touches(run, make_evaluation, tmp
 def test_two_evaluations_stand_side_by_side(run, make_evaluation, tmp_path):
     other = make_evaluation(tmp_path / "other", "random", "sampled")
     one = load_evaluation(run / "eval" / "test-greedy")
-    tracks = load_trajectories(one), load_trajectories(other)
+    tracks = load_traces(one), load_traces(other)
     figure = draw_pairs((one, other), tracks, load_maps(one.directory), ("left", "right"))
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert [title.split("\n")[0] for title in titles] == ["left", "right"] * (len(titles) // 2)
@@ -163,8 +163,8 @@ def test_success_is_broken_down_where_rows_tell(run, make_evaluation, tmp_path):
 
 def test_what_receptors_saw_is_shown_as_it_was(run):
     evaluation = load_evaluation(run / "eval" / "test-greedy")
-    track = load_trajectories(evaluation)[0]
-    readings = np.zeros((len(track.positions), 2, 2, 2, 3), np.uint8)
+    track = load_traces(evaluation)[0]
+    readings = np.zeros((len(track["positions"]), 2, 2, 2, 3), np.uint8)
     readings[..., 1] = 255
     picture = sensors_side_by_side(readings[0])
     assert picture.shape == (2, 5, 3)

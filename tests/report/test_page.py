@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from prnav.contracts.records import pick_episodes
 from prnav.domains.navigation.benchmark import BENCHMARK
 from prnav.domains.navigation.sights import SIGHTS
 from prnav.errors import RecordError
-from prnav.evaluate.picks import pick_episodes
 from prnav.evaluate.records import RecordWriter
 from prnav.report.page import make_page, read_run
 from prnav.sensors import load_design

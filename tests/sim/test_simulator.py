@@ -18,9 +18,9 @@ def test_turns_walk_and_hold(world):
     np.testing.assert_allclose(moved, [0.25, 0, 0, 0], atol=1e-9)
     np.testing.assert_allclose(simulator.positions[0] - middle, [0, 0, -0.25], atol=1e-9)
     np.testing.assert_allclose(simulator.yaws, [0, np.pi / 6, -np.pi / 6, 0])
-    before = simulator.get_state()
+    before = simulator.snapshot()
     simulator.step([HOLD] * 4)
-    for name, value in simulator.get_state().items():
+    for name, value in simulator.snapshot().items():
         np.testing.assert_array_equal(value, before[name])
 
 

@@ -5,18 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from prnav.policy import PolicyConfig
-from prnav.train import ImitationConfig, PPOConfig, RunFolder, TrainConfig, Trainer
+from prnav.train import RunFolder, TrainConfig, Trainer
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-
-def toy_config(**changes) -> TrainConfig:
-    """A run of 10 updates of 8 x 16 steps."""
-    ppo = PPOConfig(rollout_steps=16, learning_rate=3e-3, epochs=2, mini_batches=2)
-    policy = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
-    values = {"total_steps": 10 * 128, "num_envs": 8, "threads": 2, "checkpoint_steps": 384, "ppo": ppo}
-    return TrainConfig(**{**values, "policy": policy, "imitation": ImitationConfig(), **changes})
+from toy_run import toy_config  # noqa: E402 (found beside this file)
 
 
 @pytest.fixture
@@ -35,6 +28,7 @@ def make_trainer(tmp_path):
         envs = CueEnv(config.num_envs, length, cut)
         trainer = Trainer(config, envs, RunFolder(tmp_path / name), **arguments)
         made.append(trainer)
+        trainer.begin()
         return trainer
 
     yield make

@@ -6,6 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from prnav.policy import Categorical
 from prnav.train import PPOConfig, ppo
 
 
@@ -104,7 +105,7 @@ def test_ppo_loss_puts_its_parts_together():
     batch = {name: torch.randn(3, 2, generator=generator) for name in ("log_probs", "values", "advantages", "returns")}
     batch["actions"] = torch.randint(0, 4, (3, 2), generator=generator)
     config = PPOConfig(entropy_coefficient=0.1, value_coefficient=0.25)
-    loss, parts = ppo.ppo_loss(logits, values, batch, config)
+    loss, parts = ppo.ppo_loss(Categorical(logits), values, batch, config)
     expected = parts["policy_loss"] + 0.25 * parts["value_loss"] - 0.1 * parts["entropy"]
     assert loss.item() == pytest.approx(expected.item())
     distribution = torch.distributions.Categorical(logits=logits)

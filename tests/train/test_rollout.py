@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from toy_env import CueEnv
 
-from prnav.policy import PolicyConfig, build_policy, log_probabilities
+from prnav.policy import PolicyConfig, build_policy
 from prnav.train.crew import Crew
 from prnav.train.learner import Learner
 from prnav.train.ppo import PPOConfig, ppo_loss
@@ -15,8 +15,7 @@ CONFIG = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
 
 def collected(cut: bool = False, environments: int = 8, steps: int = 11, expert_share=None):
     envs = CueEnv(environments, length=4, cut=cut)
-    shapes = {key: space.shape for key, space in envs.single_observation_space.items()}
-    policy = build_policy(CONFIG, shapes, 3)
+    policy = build_policy(CONFIG, envs.observation_specs, envs.action_spec)
     crew = Crew([envs], policy, seed=0, threads=1)
     rollout = Rollout(steps, environments, policy)
     _, first = crew.collect(rollout, expert_share)
@@ -27,11 +26,11 @@ def collected(cut: bool = False, environments: int = 8, steps: int = 11, expert_
 def test_learning_sees_what_acting_saw():
     policy, rollout, _ = collected()
     with torch.no_grad():
-        logits, values = policy.sequence(
+        distribution, values = policy.sequence(
             rollout.observations, rollout["previous_actions"], rollout["starts"], rollout.state
         )
     torch.testing.assert_close(values, rollout["values"], atol=1e-5, rtol=0)
-    log_probs = log_probabilities(logits, rollout["actions"])
+    log_probs = distribution.log_prob(rollout["actions"])
     torch.testing.assert_close(log_probs, rollout["log_probs"], atol=1e-5, rtol=0)
 
 
@@ -60,7 +59,9 @@ def test_final_values_are_those_of_the_state_that_was_cut_off():
         unbroken = starts[: t + 2, n : n + 1].clone()
         unbroken[t + 1] = False
         with torch.no_grad():
-            _, values = policy.sequence(observations, previous, unbroken, rollout.state[:, :, n : n + 1])
+            _, values = policy.sequence(
+                observations, previous, unbroken, policy.core.select(rollout.state, slice(n, n + 1))
+            )
         torch.testing.assert_close(values[t + 1, 0], rollout["final_values"][t, n], atol=1e-5, rtol=0)
 
 

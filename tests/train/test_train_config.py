@@ -125,10 +125,13 @@ def test_python_m_prnav_train_is_the_command():
 def test_each_task_has_its_own_preset(capsys):
     config = configure(parser().parse_intermixed_args(["targetnav"]))
     assert config == load_train_config("quickstart-targetnav")
-    assert (config.task, config.env.task_name) == ("targetnav", "targetnav")
+    assert (config.task, config.env.kind.name) == ("targetnav", "targetnav")
     assert main(["targetnav", "--config", "quickstart"]) == 2
     assert (
         "config quickstart is for pointgoal; use prnav-train pointgoal, or another --config" in capsys.readouterr().err
     )
-    with pytest.raises(ConfigError, match=r"task is 'targetnav' and env is for 'pointgoal'; targetnav needs a table"):
-        load_train_config("quickstart", ("task=targetnav",))
+    assert load_train_config("quickstart", ("task=targetnav",)).env.rules.visible
+    with pytest.raises(ConfigError, match=r"task is 'golf'; valid: 'pointgoal', 'targetnav'"):
+        load_train_config("quickstart", ("task=golf",))
+    with pytest.raises(ValueError, match=r"task is 'targetnav' and env is a PointGoalEnvConfig; it must be"):
+        replace(load_train_config("quickstart"), task="targetnav")

@@ -11,14 +11,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import toy_config
-from toy_env import CueEnv
+from toy_env import CueSlots
+from toy_run import toy_config
 
 from prnav.config import to_toml
 from prnav.errors import CheckpointError, ConfigError, PrnavError
 from prnav.train import ImitationConfig, PPOConfig, RunFolder, load_policy, read_metrics
 from prnav.train.checkpoint import list_checkpoints, load_checkpoint
 from prnav.train.imitation import expert_share
+from prnav.train.validation import Validation
 
 
 def trace(folder: Path) -> list[dict]:
@@ -83,13 +84,15 @@ KILLED = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from conftest import toy_config
-from toy_env import CueEnv
-from toy_env import CueEnv
+from toy_run import toy_config
+from toy_env import CueEnv, CueSlots
+from toy_env import CueEnv, CueSlots
 from prnav.train import RunFolder, Trainer
 config = toy_config(total_steps=int(sys.argv[3]))
 report = lambda row: print(row["update"], flush=True)
-Trainer(config, CueEnv(config.num_envs), RunFolder(Path(sys.argv[2])), report).train()
+trainer = Trainer(config, CueEnv(config.num_envs), RunFolder(Path(sys.argv[2])), report)
+trainer.begin()
+trainer.train()
 """
 
 
@@ -232,7 +235,7 @@ def test_validation_keeps_the_best_policy_and_does_not_disturb_training(make_tra
     plain = make_trainer(config, "plain")
     plain.train()
     watched = replace(config, validate_steps=256, validation_episodes=16)
-    trainer = make_trainer(watched, "watched", validation=lambda: CueEnv(16))
+    trainer = make_trainer(watched, "watched", validation=lambda: Validation(CueSlots(16)))
     trainer.train()
     rows = trace(trainer.folder.path)
     scores = {row["step"]: row.pop("validation")["success"] for row in rows if "validation" in row}

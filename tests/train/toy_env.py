@@ -56,11 +56,11 @@ class CueEnv(VectorEnv):
     def expert_actions(self):
         return self.cue.astype(np.int64)
 
-    def get_state(self):
+    def snapshot(self):
         state = self.generator.bit_generator.state
         return {"cue": self.cue.copy(), "time": self.time.copy(), "generator": state}
 
-    def set_state(self, state):
+    def restore(self, state):
         self.cue, self.time = state["cue"].copy(), state["time"].copy()
         self.generator.bit_generator.state = state["generator"]
 
@@ -73,3 +73,38 @@ class CueEnv(VectorEnv):
             "design": np.zeros((self.num_envs, 1, 7), np.float32),
             "clock": self.time[:, None].astype(np.float32),
         }
+
+
+class CueSlots:
+    """The same task as a list of episodes, one for each slot, whose cues are drawn from a seed."""
+
+    def __init__(self, num_slots: int, length: int = 3) -> None:
+        self.envs = CueEnv(num_slots, length)
+        self.num_slots = num_slots
+        self.observation_specs, self.action_spec = self.envs.observation_specs, self.envs.action_spec
+        self.episode_ids = [("toy", str(index)) for index in range(num_slots)]
+        self.cues = np.random.default_rng(5).integers(0, CUES, num_slots)
+        self.envs.reset(seed=0)
+
+    def begin(self, slots, episodes):
+        self.envs.time[slots] = 0
+        self.envs.cue[slots] = self.cues[episodes]
+        self.envs.right[slots] = 0.0
+
+    def observe(self, slots):
+        return {name: value[slots] for name, value in self.envs._observe().items()}
+
+    def advance(self, actions, acting):
+        last = acting & (self.envs.time == self.envs.length - 1)
+        self.envs.right = np.where(last, actions == self.envs.cue, self.envs.right)
+        self.envs.time = self.envs.time + acting
+        return last
+
+    def outcome(self, slot):
+        return {"scene_id": "toy", "episode_id": str(slot), "success": float(self.envs.right[slot])}
+
+    def state(self, slots):
+        return {"time": self.envs.time[slots]}
+
+    def events(self, slots):
+        return {"actions": np.zeros(len(slots), np.int64)}

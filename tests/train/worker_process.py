@@ -10,8 +10,8 @@ import torch
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from conftest import toy_config
 from toy_env import CueEnv
+from toy_run import toy_config
 
 from prnav.errors import PrnavError
 from prnav.policy import PolicyConfig, build_policy
@@ -37,8 +37,8 @@ class SlowEnv(CueEnv):
 def gradients(workers, columns: slice) -> list[torch.Tensor]:
     """Gradients of one PPO step on some columns of a rollout that every worker can make."""
     envs = CueEnv(8, length=4)
-    shapes = {key: space.shape for key, space in envs.single_observation_space.items()}
-    policy = build_policy(PolicyConfig(encoder="compact", width=16, lstm_hidden=16), shapes, 3)
+    config = PolicyConfig(encoder="compact", width=16, lstm_hidden=16)
+    policy = build_policy(config, envs.observation_specs, envs.action_spec)
     rollout, _ = Crew([envs], policy, seed=0, threads=1).collect(Rollout(12, 8, policy))
     generator = torch.Generator().manual_seed(0)
     rollout["advantages"] = torch.randn(12, 8, generator=generator)
@@ -62,6 +62,7 @@ def main(job: str, folder: Path, *arguments: str) -> None:
         config = replace(toy_config(total_steps=int(arguments[0])), sync_fraction=float(arguments[1]))
         envs = SlowEnv(8) if config.sync_fraction < 1 and workers.rank == 1 else CueEnv(8)
         trainer = Trainer(config, envs, RunFolder(folder / "run"), report=lambda row: say(row["update"]))
+        trainer.begin()
         trainer.train()
         say("lengths", workers.rank, trainer.rollout.steps, trainer.storage.steps)
 

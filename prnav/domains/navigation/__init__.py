@@ -1,1 +1,1 @@
-"""Navigation in textured homes: PointGoalNav and TargetNav, their environments, oracle, agents, maps and probe."""
+"""Navigation in textured homes: tasks, environments, oracle, rule agents, maps, pictures and state probe."""

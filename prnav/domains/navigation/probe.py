@@ -6,7 +6,7 @@ readings of a design and finds that R^2 goes with the reward. Here, at places dr
 - "free": how far one can walk in each of D directions around the agent (the way is clear, or a wall is near);
 - "way": the bearing of the next turning point on the shortest path to a goal whose distance and bearing are given as
   they are to the agent: what the oracle knows and, where the straight way is blocked, the goal alone does not say;
-- "target": bearing and distance of a green sphere in sight, as TargetNav has it;
+- "target": bearing and distance of a green sphere in sight, as a task has it that shows one;
 - "pose": position and heading in homes that the regression knows.
 
 All but "pose" are tested in homes that the regression has not seen. The score of a design is the weighted mean of
@@ -23,13 +23,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.design.regression import fit_and_test
+from prnav.contracts import Progress
+from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.frames import wrap_angle, yaw_towards
 from prnav.navmesh import GoalFields
+from prnav.regression import fit_and_test
 from prnav.render import Renderer
 from prnav.sensors import Design, pointgoal, theta_to_pose
 from prnav.sim import World, load_world
-from prnav.sim.world import Progress
 
 Float64 = NDArray[np.float64]
 
@@ -311,3 +312,14 @@ def _free_distances(
     ends = starts + config.reach * ahead.reshape(-1, 3)
     stops, _ = world.navmesh_set.step(np.repeat(scenes, count), starts, ends, sliding=False)
     return np.linalg.norm((stops - starts)[:, [0, 2]], axis=1).reshape(-1, count)
+
+
+@dataclass(frozen=True)
+class NavigationProbe:
+    """A :class:`prnav.contracts.ProbeSpec` in built-in homes."""
+
+    config_type: type[ProxyConfig] = ProxyConfig
+
+    def load(self, config: ProxyConfig, env: NavigationConfig, progress: Progress | None = None) -> Proxy:
+        """The proxy in built-in training homes, whatever the environment's scenes are."""
+        return Proxy.load(config, progress)

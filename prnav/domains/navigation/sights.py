@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.contracts.records import Evaluation, Trace, pick_episodes
 from prnav.errors import RecordError
-from prnav.evaluate.picks import pick_episodes
-from prnav.evaluate.records import Evaluation, load_trajectories
 from prnav.files import atomic_path
 
 if TYPE_CHECKING:
@@ -23,8 +22,8 @@ SIGHTS = "sights.npz"
 _CHUNK = 256  # steps rendered at once
 
 
-def record_sights(evaluation: Evaluation, slots: NavigationSlots) -> None:
-    """Write ``sights.npz``: readings along the episodes of :func:`prnav.evaluate.picks.pick_episodes`, in 8 bits.
+def record_sights(evaluation: Evaluation, traces: Sequence[Trace], slots: NavigationSlots) -> None:
+    """Write ``sights.npz``: readings along the episodes of :func:`prnav.contracts.records.pick_episodes`, in 8 bits.
 
     An agent without light leaves no such file.
     """
@@ -32,19 +31,18 @@ def record_sights(evaluation: Evaluation, slots: NavigationSlots) -> None:
     if slots.renderer is None:
         path.unlink(missing_ok=True)
         return
-    trajectories = load_trajectories(evaluation)
     index = {episode: row for row, episode in enumerate(slots.source.ids)}
     picked = [row for rows in pick_episodes(evaluation.rows).values() for row in rows]
     arrays: dict[str, NDArray[np.generic]] = {"rows": np.array(picked, np.int64), "grid": np.array(slots.config.grid)}
     for row in picked:
-        record, track = evaluation.rows[row], trajectories[row]
+        record, track = evaluation.rows[row], traces[row]
         episode = index[record["scene_id"], record["episode_id"]]
         parts = []
-        for begin in range(0, len(track.positions), _CHUNK):
+        for begin in range(0, len(track["positions"]), _CHUNK):
             part = slice(begin, begin + _CHUNK)
-            count = len(track.positions[part])
+            count = len(track["positions"][part])
             poses = np.repeat(slots.poses[:1], count, axis=0)
-            seen = slots.read(np.full(count, episode), track.positions[part], track.yaws[part], poses)
+            seen = slots.read(np.full(count, episode), track["positions"][part], track["yaws"][part], poses)
             parts.append(np.round(255.0 * seen).astype(np.uint8))
         arrays[f"readings_{row}"] = np.concatenate(parts)
     with atomic_path(path) as temporary, open(temporary, "wb") as file:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from prnav.evaluate.agents import FORWARD, LEFT, RIGHT, STOP, Turn, arrived, towards_goal
-from prnav.evaluate.sampling import uniforms
+from prnav.contracts import Turn
+from prnav.domains.navigation.agents import FORWARD, LEFT, RIGHT, STOP, arrived, towards_goal
+from prnav.play import uniforms
 
 Bools = NDArray[np.bool_]
 Integers = NDArray[np.int64]

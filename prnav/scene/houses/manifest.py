@@ -46,7 +46,7 @@ def house_ids() -> dict[str, int]:
     }
 
 
-def targetnav_ids() -> list[str]:
+def ten_homes() -> list[str]:
     """Ids of the training homes that TargetNav trains in, in order."""
     homes = [name for name in house_ids() if name.startswith("prhouses/train/")]
     return sorted(Rng(TARGETNAV_SEED).shuffled(homes)[:TARGETNAV_HOMES])
@@ -91,7 +91,7 @@ def manifest_text(hashes: Mapping[str, HomeHashes]) -> str:
         )
     lines = ",\n".join("  " + json.dumps(home) for home in homes)
     return (
-        f'{{\n "name": "{NAME}",\n "version": {VERSION},\n "targetnav": {json.dumps(targetnav_ids())},\n'
+        f'{{\n "name": "{NAME}",\n "version": {VERSION},\n "targetnav": {json.dumps(ten_homes())},\n'
         f' "homes": [\n{lines}\n ]\n}}\n'
     )
 

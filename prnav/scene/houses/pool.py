@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
+from prnav.resources import available_cores
 from prnav.scene.houses.manifest import HomeHashes
-from prnav.scene.library import load_scene
+from prnav.scene.library import load_scene, missing_homes
 
 
 def make_homes(names: Sequence[str], workers: int) -> Iterator[tuple[str, HomeHashes]]:
@@ -28,6 +29,19 @@ def make_homes(names: Sequence[str], workers: int) -> Iterator[tuple[str, HomeHa
                 yield tasks[task], task.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def make_missing_homes(scene_ids: Sequence[str], progress: Callable[[int, int, str], object] | None = None) -> None:
+    """Make the built-in homes that are wanted and not in the cache, on all cores.
+
+    Args:
+        scene_ids: scenes that are about to be loaded.
+        progress: called with how many are done, of how many, and the name of the last one.
+    """
+    missing = missing_homes(scene_ids)
+    for done, (name, _) in enumerate(make_homes(missing, available_cores()), start=1):
+        if progress is not None:
+            progress(done, len(missing), name)
 
 
 def _make(name: str) -> HomeHashes:

@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-T = TypeVar("T")
+from prnav.splitmix import GOLDEN, MASK, mix
 
-_MASK = (1 << 64) - 1
+T = TypeVar("T")
 
 
 class Rng:
     """SplitMix64 (Steele, Lea and Flood 2014). All draws are integers."""
 
     def __init__(self, seed: int) -> None:
-        self._state = seed & _MASK
+        self._state = seed & MASK
 
     def bits(self) -> int:
         """The next 64 bits."""
-        self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
-        z = self._state
-        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _MASK
-        return z ^ (z >> 31)
+        self._state = (self._state + GOLDEN) & MASK
+        return mix(self._state)
 
     def below(self, count: int) -> int:
         """An integer in [0, count)."""
@@ -61,5 +58,5 @@ class Rng:
         """A generator of its own for one purpose, so that a change in one place leaves the others' draws alone."""
         value = 0xCBF29CE484222325 ^ self._state
         for byte in label.encode():
-            value = ((value ^ byte) * 0x100000001B3) & _MASK
+            value = ((value ^ byte) * 0x100000001B3) & MASK
         return Rng(Rng(value).bits())

@@ -7,7 +7,7 @@ import pytest
 
 from prnav.episodes import generate_table
 from prnav.errors import SceneError
-from prnav.scene import load_scene, scene_ids, targetnav_scene_ids
+from prnav.scene import load_scene, scene_ids, ten_training_homes
 from prnav.scene.export import save_glb
 from prnav.scene.houses import (
     SPLIT_SIZES,
@@ -67,7 +67,7 @@ def test_a_wrong_hash_is_named(homes):
 
 def test_targetnav_has_ten_training_homes():
     ids = targetnav_ids()
-    assert ids == targetnav_scene_ids() == sorted(ids) and len(set(ids)) == 10
+    assert ids == ten_training_homes() == sorted(ids) and len(set(ids)) == 10
     assert set(ids) <= set(scene_ids("train"))
     assert ids[0] == "prhouses/train/06" and ids[-1] == "prhouses/train/56"
 

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar
 
-from prnav.domains.navigation.tasks import PointGoalConfig, Rules, TargetNavConfig
+from prnav.domains.navigation.rules import Rules, TaskKind
 from prnav.navmesh import NavMeshSettings
 from prnav.scene import DATA_SETS
 from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET
 from prnav.sim import SimConfig
 
 
+def _no_rules() -> Rules:
+    raise TypeError("NavigationConfig has no rules; make the config of a task, such as PointGoalEnvConfig")
+
+
 @dataclass(frozen=True)
-class EnvConfig:
-    """Scenes, episodes, sensors and rules of a navigation environment."""
+class NavigationConfig:
+    """Scenes, episodes and sensors of a navigation environment. A task's own class adds its rules."""
+
+    kind: ClassVar[TaskKind]
+    """The task."""
+    ten_homes: ClassVar[bool] = False
+    """Whether the built-in training split is ten of its homes (:func:`prnav.scene.ten_training_homes`)."""
 
     scenes: str = "train"
-    """Split of the built-in houses: "train", "val" or "test". Without effect where ``episodes`` is given. TargetNav's
-    "train" is ten of the training homes (:func:`prnav.scene.targetnav_scene_ids`)."""
+    """Split of the built-in houses: "train", "val" or "test". Without effect where ``episodes`` is
+    given."""
     max_scenes: int | None = None
     """Use only the first so many scenes of the split."""
     episodes_per_scene: int = 200
@@ -44,6 +53,8 @@ class EnvConfig:
     """Mesh files that episodes may name, wherever they are."""
     up: str = "y"
     """Up axis of scene files, "y" or "z"."""
+    up_from_episodes: bool = True
+    """Whether the up axis that an episode file was made with counts before ``up``."""
     design: str = "forward"
     """Sensor design: name of a built-in one, or path of a design file."""
     grid: int = 4
@@ -55,11 +66,9 @@ class EnvConfig:
     """Renderer: "auto", "embree", "egl", "osmesa" or "reference"."""
     vision: bool = True
     """False leaves the photoreceptors out (a blind agent needs no light, and this saves its cost)."""
+    rules: Rules = field(default_factory=_no_rules)
+    """Rules of the task."""
     sim: SimConfig = field(default_factory=SimConfig)
-    task: PointGoalConfig = field(default_factory=PointGoalConfig)
-    """Rules of PointGoalNav."""
-    targetnav: TargetNavConfig | None = None
-    """Rules of TargetNav; given, this is the task that is played, and ``task`` is without effect."""
     navmesh: NavMeshSettings = field(default_factory=NavMeshSettings)
 
     def __post_init__(self) -> None:
@@ -76,13 +85,3 @@ class EnvConfig:
             raise ValueError(f"data is {self.data!r}, and data_root does not say where it is (--data-root DIR)")
         if self.up not in ("y", "z"):
             raise ValueError(f"up is {self.up!r}; valid: 'y', 'z'")
-
-    @property
-    def task_name(self) -> Literal["pointgoal", "targetnav"]:
-        """Which task is played."""
-        return "pointgoal" if self.targetnav is None else "targetnav"
-
-    @property
-    def rules(self) -> Rules:
-        """Rules of the task that is played."""
-        return self.task if self.targetnav is None else self.targetnav

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.config import from_mapping
-from prnav.domains.navigation.env.config import EnvConfig
+from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.episodes import (
     EpisodeTable,
     check_scenes,
@@ -23,7 +23,7 @@ from prnav.episodes import (
 )
 from prnav.episodes.datasets import find_episodes
 from prnav.navmesh import NavMeshSettings
-from prnav.scene import scene_ids, targetnav_scene_ids
+from prnav.scene import scene_ids, ten_training_homes
 from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
 from prnav.sim.world import Progress
@@ -56,6 +56,11 @@ class EpisodeSource:
         """(scene_id, episode_id) of all episodes."""
         return tuple(self.id(row) for row in range(len(self)))
 
+    @cached_property
+    def navmesh_origins(self) -> dict[str, str]:
+        """Where the navmesh of each scene is from: "built", or "file NAME"."""
+        return dict(zip(self.world.scene_ids, self.world.navmesh_origins, strict=False))
+
     @property
     def scene_index(self) -> NDArray[np.int32]:
         """Scene of each episode, (E,)."""
@@ -78,7 +83,7 @@ class EpisodeSource:
 
 
 def load_source(
-    config: EnvConfig, progress: Progress | None = None, *, limit: int | None = None, up: str | None = None
+    config: NavigationConfig, progress: Progress | None = None, *, limit: int | None = None
 ) -> EpisodeSource:
     """Scenes and episodes that a config asks for.
 
@@ -86,7 +91,6 @@ def load_source(
         config: which ones.
         progress: called while scenes load.
         limit: at most so many episodes, dealt evenly over the scenes; scenes that have none are not loaded.
-        up: up axis of the scenes' files, whatever the episodes' header says.
 
     What the episode files' header says of up axis and navmesh counts, since the episodes were drawn with that; scenes
     are held against its hashes.
@@ -109,7 +113,7 @@ def load_source(
         table.scene_ids,
         data_root=None if config.data_root is None else Path(config.data_root),
         scene_files=[Path(file) for file in config.scene_files],
-        up=up or up_axis(header, config.up, source),
+        up=up_axis(header, config.up, source) if config.up_from_episodes else config.up,
         settings=_settings(header, config.navmesh, source),
         progress=progress,
         data=config.data,
@@ -121,15 +125,15 @@ def load_source(
     return EpisodeSource(world, table)
 
 
-def _builtin_table(config: EnvConfig, progress: Progress | None) -> tuple[EpisodeTable, dict[str, Any]]:
-    """The built-in episodes of a split, those of ten drawn scenes where TargetNav trains."""
+def _builtin_table(config: NavigationConfig, progress: Progress | None) -> tuple[EpisodeTable, dict[str, Any]]:
+    """The built-in episodes of a split, those of ten homes where the task trains in them."""
     count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
-    if config.targetnav is None or config.scenes != "train":
+    if not config.ten_homes or config.scenes != "train":
         return load_builtin_table(config.scenes, count, seed, most, progress)
     return load_train_table(built_in_scenes(config), count, seed, progress), {}
 
 
-def built_in_scenes(config: EnvConfig) -> list[str]:
+def built_in_scenes(config: NavigationConfig) -> list[str]:
     """Built-in homes that a config plays in; none where it has episodes or a data set of its own.
 
     Raises:
@@ -137,11 +141,11 @@ def built_in_scenes(config: EnvConfig) -> list[str]:
     """
     if config.episodes is not None or config.data is not None:
         return []
-    ten = config.targetnav is not None and config.scenes == "train"
-    return (targetnav_scene_ids() if ten else scene_ids(config.scenes))[: config.max_scenes]
+    ten = config.ten_homes and config.scenes == "train"
+    return (ten_training_homes() if ten else scene_ids(config.scenes))[: config.max_scenes]
 
 
-def episode_path(config: EnvConfig) -> str | None:
+def episode_path(config: NavigationConfig) -> str | None:
     """File or folder of a config's episodes; None where they are the built-in ones.
 
     Raises:

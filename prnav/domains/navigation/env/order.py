@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.errors import ConfigError
+from prnav.splitmix import GOLDEN, MASK, mix
 
 _ROUNDS = 6
-_MASK = (1 << 64) - 1
 
 
 class EpisodeOrder:
@@ -50,8 +50,5 @@ def shuffled(place: int, count: int, seed: int, epoch: int) -> int:
 
 
 def _mix(value: int) -> int:
-    """64 bits that look random, the finaliser of splitmix64 (Steele, Lea and Flood 2014)."""
-    value = (value + 0x9E3779B97F4A7C15) & _MASK
-    value = ((value ^ value >> 30) * 0xBF58476D1CE4E5B9) & _MASK
-    value = ((value ^ value >> 27) * 0x94D049BB133111EB) & _MASK
-    return value ^ value >> 31
+    """The first number of the generator seeded ``value``."""
+    return mix((value + GOLDEN) & MASK)

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.domains.navigation.env.config import EnvConfig
+from prnav.contracts import DiscreteActions, ObservationSpec
+from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource
+from prnav.domains.navigation.env.spaces import action_spec, observation_specs
+from prnav.domains.navigation.measures import soft_spl, spl
 from prnav.domains.navigation.oracle import shortest_path_actions
-from prnav.domains.navigation.tasks import TargetNavConfig, judge, soft_spl, spl
-from prnav.domains.navigation.tasks.targetnav import spheres
 from prnav.errors import DesignError, EpisodeError
 from prnav.navmesh import GoalFields
 from prnav.render import Renderer
@@ -43,14 +44,14 @@ _STATE = (
 class NavigationSlots:
     """N agents playing episodes of a source; what happens in one slot depends on its episode and actions alone."""
 
-    def __init__(self, source: EpisodeSource, num_slots: int, config: EnvConfig):
+    def __init__(self, source: EpisodeSource, num_slots: int, config: NavigationConfig):
         if not len(source):
             raise EpisodeError("there are no episodes to play; generate some with prnav-episodes generate")
         self.source = source
         self.config = config
-        self.rules = config.rules
-        self.first_action = FORWARD if config.targetnav else STOP
-        """The simulator's number of the task's action 0: TargetNav has no stop."""
+        self.rules, self.kind = config.rules, config.kind
+        self.first_action = STOP if config.kind.has_stop else FORWARD
+        """The simulator's number of the task's action 0."""
         self.num_slots = num_slots
         self.design = load_design(config.design)
         self.num_sensors = len(self.design.sensors)
@@ -72,9 +73,20 @@ class NavigationSlots:
         self.success = np.zeros(num_slots, np.bool_)
         self.theta = np.zeros((num_slots, self.num_sensors, 7))  #: normalised designs
         self.poses = theta_to_pose(self.theta, self.design)  #: the same as sensor poses on the body
+        self.actions = np.full(num_slots, HOLD, np.int64)  #: of the last step, as the simulator numbers them
         self.rewards = np.zeros(num_slots)  #: of the last step
         self.terminated = np.zeros(num_slots, np.bool_)
         self.truncated = np.zeros(num_slots, np.bool_)
+
+    @property
+    def observation_specs(self) -> dict[str, ObservationSpec]:
+        """What one agent is shown, by name."""
+        return observation_specs(self.config, self.num_sensors)
+
+    @property
+    def action_spec(self) -> DiscreteActions:
+        """What one agent can do."""
+        return action_spec(self.config)
 
     @property
     def episode_ids(self) -> tuple[tuple[str, str], ...]:
@@ -126,12 +138,17 @@ class NavigationSlots:
             array[slots] = distance
         self.terminated[slots] = self.truncated[slots] = False
 
-    def advance(self, actions: ArrayLike) -> NDArray[np.bool_]:
-        """Take one step in each slot, none where the action is HOLD; True where the episode ended, (N,).
+    def advance(self, actions: ArrayLike, acting: ArrayLike | None = None) -> NDArray[np.bool_]:
+        """Take one step in each slot, or in those where ``acting`` (N,); True where the episode ended, (N,).
 
-        Actions are numbered as the simulator does, whatever the task.
+        Actions are numbered as the task does.
         """
-        actions = np.asarray(actions, np.int64)
+        moves = np.asarray(actions, np.int64) + self.first_action
+        return self._move(moves if acting is None else np.where(acting, moves, HOLD))
+
+    def _move(self, actions: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Take one step in each slot, none where the action is HOLD; actions are numbered as the simulator does."""
+        self.actions = actions
         acting = actions != HOLD
         self.path_length += self.simulator.step(actions)
         self.collisions += acting & self.simulator.collided
@@ -140,7 +157,7 @@ class NavigationSlots:
         moving = np.flatnonzero(acting)
         after = before.copy()
         after[moving] = self.fields.query(moving, self.simulator.positions[moving])[0]
-        verdict = judge(self.rules, actions == STOP, before, after)
+        verdict = self.kind.judge(self.rules, actions == STOP, before, after)
         self.success = np.where(acting, verdict.success, self.success)
         self.rewards = np.where(acting, verdict.rewards, 0.0)
         self.total_reward += self.rewards
@@ -161,7 +178,7 @@ class NavigationSlots:
             "gps": gps(positions, starts, start_yaws),
             "compass": compass(yaws, start_yaws)[:, None],
         }
-        if self.config.targetnav is None:
+        if self.kind.shows_goal:
             observations["pointgoal"] = pointgoal(positions, yaws, self.source.goals[episodes])
         if self.renderer is not None:
             if self.config.camera_size:
@@ -200,17 +217,27 @@ class NavigationSlots:
 
     def _targets(self, episodes: NDArray[np.int64]) -> NDArray[np.float64] | None:
         """Spheres (n, 4) that are there to be seen in episodes (n,)."""
-        if not isinstance(self.rules, TargetNavConfig):
-            return None
-        return spheres(self.source.goals[episodes], self.rules)
+        spheres = self.kind.spheres
+        return None if spheres is None else spheres(self.source.goals[episodes], self.rules)
 
     def expert_actions(self) -> NDArray[np.int64]:
-        """The shortest-path follower's action in every slot, (N,); HOLD in slots that have no episode."""
+        """The shortest-path follower's action in every slot, (N,), as the task numbers them.
+
+        One that the task lacks (stop at the target), or that of a slot without an episode, becomes action 0.
+        """
         actions = np.full(self.num_slots, HOLD, np.int64)
         playing = np.flatnonzero(self.episode >= 0)
         reach = self.rules.success_distance
         actions[playing] = shortest_path_actions(self.simulator, self.fields, playing, reach)
-        return actions
+        return np.maximum(actions, self.first_action) - self.first_action
+
+    def state(self, slots: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+        """Where slots (n,) are: positions [m] (n, 3) and yaws [rad] (n,)."""
+        return {"positions": self.positions[slots].copy(), "yaws": self.yaws[slots].copy()}
+
+    def events(self, slots: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+        """The last actions of slots (n,), as the simulator numbers them, and whether they hit something."""
+        return {"actions": self.actions[slots].astype(np.int8), "collisions": self.collided[slots].copy()}
 
     def measures(self, slots: ArrayLike | None = None) -> dict[str, NDArray[np.float64]]:
         """Measures of slots (n,) so far, each (n,) float64; final once the episode has ended."""
@@ -240,7 +267,7 @@ class NavigationSlots:
             row[name] = int(row[name])
         return row
 
-    def set_theta(self, slots: ArrayLike, theta: ArrayLike) -> None:
+    def set_designs(self, slots: ArrayLike, theta: ArrayLike) -> None:
         """Give slots (n,) normalised designs (n, K, 7) from now on.
 
         Raises:
@@ -267,16 +294,16 @@ class NavigationSlots:
             raise DesignError("a design holds numbers that are not finite; all 7 entries of each sensor must be finite")
         return values
 
-    def get_state(self) -> dict[str, NDArray[Any]]:
-        """Copies of all arrays that :meth:`set_state` needs to go on exactly here."""
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """Copies of all arrays that :meth:`restore` needs to go on exactly here."""
         state = {name: getattr(self, name).copy() for name in _STATE}
-        return {**state, **{f"sim_{name}": value for name, value in self.simulator.get_state().items()}}
+        return {**state, **{f"sim_{name}": value for name, value in self.simulator.snapshot().items()}}
 
-    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`get_state` was called; the source must be the same."""
+    def restore(self, state: dict[str, NDArray[Any]]) -> None:
+        """Go on where :meth:`snapshot` was called; the source must be the same."""
         for name in _STATE:
             setattr(self, name, np.array(state[name], dtype=getattr(self, name).dtype))
-        self.simulator.set_state({name[4:]: value for name, value in state.items() if name.startswith("sim_")})
+        self.simulator.restore({name[4:]: value for name, value in state.items() if name.startswith("sim_")})
         self.poses = theta_to_pose(self.theta, self.design)
         playing = np.flatnonzero(self.episode >= 0)
         if len(playing):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -11,14 +11,17 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from prnav.domains.navigation.env.config import EnvConfig
+from prnav.config import from_mapping
+from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
 from prnav.domains.navigation.env.slots import NavigationSlots, Observations
-from prnav.domains.navigation.env.spaces import num_actions, observation_space
+from prnav.domains.navigation.env.spaces import observation_space
 from prnav.errors import ConfigError
-from prnav.sim import HOLD
 from prnav.sim.world import Progress
+
+if TYPE_CHECKING:
+    from prnav.domains.navigation.env.single_env import NavigationEnv
 
 
 class NavigationVectorEnv(VectorEnv):
@@ -33,13 +36,13 @@ class NavigationVectorEnv(VectorEnv):
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
-    task: ClassVar[str | None] = None
-    """The only task that a class plays; None takes the config's."""
+    config_type: ClassVar[type[NavigationConfig]] = NavigationConfig
+    """Of a task's own class, where it is made without a config."""
 
     def __init__(
         self,
         num_envs: int = 1,
-        config: EnvConfig | None = None,
+        config: NavigationConfig | None = None,
         source: EpisodeSource | None = None,
         progress: Progress | None = None,
         **settings: Any,
@@ -52,21 +55,22 @@ class NavigationVectorEnv(VectorEnv):
             source: scenes and episodes loaded before, shared between environments; else they are loaded as the config
                 says.
             progress: called while scenes load.
-            settings: single settings of :class:`EnvConfig` instead of a config, for ``gymnasium.make``.
+            settings: single settings of :class:`NavigationConfig` instead of a config, for ``gymnasium.make``.
 
         Raises:
             PrnavError: a setting, a scene or an episode is wrong.
         """
-        self.config = configure(config, settings, self.task)
+        self.config = configure(config, settings, type(self))
         if num_envs < 1:
             raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
         source = load_source(self.config, progress) if source is None else source
         self.slots = NavigationSlots(source, num_envs, self.config)
         self.num_envs = num_envs
         self.render_mode = None
+        self.observation_specs, self.action_spec = self.slots.observation_specs, self.slots.action_spec
         self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.single_action_space = gymnasium.spaces.Discrete(num_actions(self.config))
+        self.single_action_space = gymnasium.spaces.Discrete(self.slots.action_spec.n)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
         self._next_theta: dict[int, NDArray[np.float64]] = {}
@@ -95,10 +99,10 @@ class NavigationVectorEnv(VectorEnv):
     ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info."""
         actions = np.asarray(actions, np.int64)
-        count = num_actions(self.config)
+        count = self.slots.action_spec.n
         if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= count).any():
             raise ValueError(f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {count - 1}")
-        ended = self.slots.advance(actions + self.slots.first_action)
+        ended = self.slots.advance(actions)
         rewards, terminated, truncated = (
             self.slots.rewards.copy(),
             self.slots.terminated.copy(),
@@ -119,7 +123,7 @@ class NavigationVectorEnv(VectorEnv):
 
     def expert_actions(self) -> NDArray[np.int64]:
         """What the shortest-path follower would do now, (N,), as this environment numbers actions."""
-        return task_actions(self.slots.expert_actions(), self.slots.first_action)
+        return self.slots.expert_actions()
 
     def set_designs(self, agents: ArrayLike, theta: ArrayLike) -> None:
         """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
@@ -132,18 +136,18 @@ class NavigationVectorEnv(VectorEnv):
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
 
-    def get_state(self) -> dict[str, NDArray[Any]]:
-        """All arrays that :meth:`set_state` needs to go on exactly here."""
-        state = {**self.slots.get_state(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """All arrays that :meth:`restore` needs to go on exactly here."""
+        state = {**self.slots.snapshot(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
         waiting = sorted(self._next_theta)
         state["next_theta_agents"] = np.array(waiting, np.int64)
         shape = (len(waiting), self.slots.num_sensors, 7)
         state["next_theta"] = np.array([self._next_theta[agent] for agent in waiting], np.float64).reshape(shape)
         return {name: value.copy() for name, value in state.items()}
 
-    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`get_state` was called; scenes, episodes and config must be the same."""
-        self.slots.set_state(state)
+    def restore(self, state: dict[str, NDArray[Any]]) -> None:
+        """Go on where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
+        self.slots.restore(state)
         self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
         self.order.drawn[:] = state["order_drawn"]
         agents = state["next_theta_agents"]
@@ -151,7 +155,7 @@ class NavigationVectorEnv(VectorEnv):
         self._observations = self.slots.observe()
 
     def observations(self) -> Observations:
-        """The observations that the last reset, step or :meth:`set_state` left, each (N, ...)."""
+        """The observations that the last reset, step or :meth:`restore` left, each (N, ...)."""
         return self._copy()
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -160,7 +164,7 @@ class NavigationVectorEnv(VectorEnv):
     def _begin(self, agents: NDArray[np.int64], episodes: NDArray[np.int64]) -> None:
         for agent in agents:
             if int(agent) in self._next_theta:
-                self.slots.set_theta([agent], self._next_theta.pop(int(agent))[None])
+                self.slots.set_designs([agent], self._next_theta.pop(int(agent))[None])
         self.slots.begin(agents, episodes)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> NDArray[np.int64] | None:
@@ -211,45 +215,27 @@ class NavigationVectorEnv(VectorEnv):
         return final
 
 
-class PointGoalNavVectorEnv(NavigationVectorEnv):
-    """N PointGoalNav agents: ``gymnasium.make_vec("prnav/PointGoalNav-v0")``."""
-
-    task = "pointgoal"
-
-
-class TargetNavVectorEnv(NavigationVectorEnv):
-    """N TargetNav agents: ``gymnasium.make_vec("prnav/TargetNav-v0")``."""
-
-    task = "targetnav"
-
-
-def task_actions(actions: NDArray[np.int64], first_action: int) -> NDArray[np.int64]:
-    """The simulator's actions (N,) as a task numbers them; one it lacks (stop at the target) becomes its first."""
-    return np.where(actions == HOLD, HOLD, np.maximum(actions - first_action, 0))
-
-
-def configure(config: EnvConfig | None, settings: dict[str, Any], task: str | None = None) -> EnvConfig:
+def configure(
+    config: NavigationConfig | None, settings: dict[str, Any], owner: type[NavigationVectorEnv] | type[NavigationEnv]
+) -> NavigationConfig:
     """A config, or one made of single settings as they come from ``gymnasium.make``.
 
     Args:
         config: the config, or None.
         settings: single settings instead of it.
-        task: the only task that will do; single settings need not name it.
+        owner: class of the environment; that of a single task takes the task's configs alone.
 
     Raises:
         ConfigError: both are given, a setting is unknown or wrong, or the config is another task's.
     """
-    from prnav.config import from_mapping
-
+    wanted = owner.config_type
     if config is None:
-        if task == "targetnav":
-            settings = {"targetnav": {}, **settings}
-        config = from_mapping(EnvConfig, settings, "environment settings")
-    elif settings:
+        return from_mapping(wanted, settings, "environment settings")
+    if settings:
         raise ConfigError(f"give either a config or single settings, not both: {', '.join(settings)}")
-    if task is not None and config.task_name != task:
+    if not isinstance(config, wanted):
         raise ConfigError(
-            f"the environment is for {task} and its config for {config.task_name}; "
-            f"{'set' if task == 'targetnav' else 'leave out'} its targetnav rules, or take the other environment"
+            f"the environment is for {wanted.kind.name} and its config for {config.kind.name}; give a "
+            f"{wanted.__name__}, or take the other environment"
         )
     return config

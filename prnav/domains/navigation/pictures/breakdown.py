@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from prnav import style
+from prnav.contracts import Evaluation
 from prnav.evaluate.intervals import Interval, bootstrap_interval
-from prnav.evaluate.records import Evaluation
 from prnav.evaluate.summary import column
 
 BINS = 5

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from prnav import style
+from prnav.contracts.records import Evaluation, Trace, pick_episodes
 from prnav.domains.navigation.maps import FloorMap, load_maps
 from prnav.domains.navigation.pictures.sights import ACTION_NAMES, sensors_side_by_side
 from prnav.domains.navigation.pictures.topdown import caption, draw_floor, floors_of
 from prnav.domains.navigation.sights import load_sights
 from prnav.errors import PrnavError
-from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.picks import pick_episodes
-from prnav.evaluate.records import Evaluation, load_trajectories
 from prnav.files import atomic_path
 from prnav.frames import forward
 
@@ -31,7 +29,7 @@ SECONDS = 30.0
 Frame = NDArray[np.uint8]
 
 
-def write_videos(evaluation: Evaluation, each: int = 1) -> list[Path]:
+def write_videos(evaluation: Evaluation, traces: Sequence[Trace], each: int = 1) -> list[Path]:
     """Write films of the worst, best and random episodes into ``videos/`` beside the records.
 
     Raises:
@@ -39,15 +37,14 @@ def write_videos(evaluation: Evaluation, each: int = 1) -> list[Path]:
         RecordError: trajectories, floor plans or readings are missing or broken.
     """
     encoder()
-    trajectories, maps = load_trajectories(evaluation), load_maps(evaluation.directory)
-    sights = load_sights(evaluation.directory)
+    maps, sights = load_maps(evaluation.directory), load_sights(evaluation.directory)
     paths = []
     for name, chosen in pick_episodes(evaluation.rows, each).items():
         for index in chosen:
-            row, track = evaluation.rows[index], trajectories[index]
+            row, track = evaluation.rows[index], traces[index]
             path = evaluation.directory / "videos" / f"{name}-{index + 1}.mp4"
             frames = draw_frames(row, track, maps, sights.get(index), f"{evaluation.label} · {name}")
-            write_mp4(path, frames, fps=float(np.clip(len(track.actions) / SECONDS, 6.0, 30.0)))
+            write_mp4(path, frames, fps=float(np.clip(len(track["actions"]) / SECONDS, 6.0, 30.0)))
             paths.append(path)
     return paths
 
@@ -79,7 +76,7 @@ def write_mp4(path: Path, frames: Iterator[Frame], fps: float) -> None:
 
 def draw_frames(
     row: Mapping[str, Any],
-    track: Trajectory,
+    track: Trace,
     maps: Sequence[FloorMap],
     readings: NDArray[np.uint8] | None,
     title: str,
@@ -96,11 +93,11 @@ def draw_frames(
     floors = floors_of(maps, row, track)
     plans = [_Plan(floor) for floor in floors]
     heights = np.array([floor.height for floor in floors])
-    of_step = np.abs(track.positions[:, 1, None] - heights).argmin(axis=1)
+    of_step = np.abs(track["positions"][:, 1, None] - heights).argmin(axis=1)
     goal = row.get("goal")
     shown = 0 if goal is None else int(np.abs(float(goal[1]) - heights).argmin())
     large, small = ImageFont.load_default(size=20), ImageFont.load_default(size=15)
-    for step in range(len(track.positions)):
+    for step in range(len(track["positions"])):
         plan = plans[of_step[step]]
         plan.go(track, step)
         frame = Image.new("RGB", (WIDTH, HEIGHT), style.PAPER)
@@ -112,8 +109,8 @@ def draw_frames(
             pen.text((PLAN + 16, 130), "this agent sees nothing", fill=style.MUTED, font=small)
         else:
             _paste_readings(frame, readings[step])
-        action = ACTION_NAMES[track.actions[step]] if step < len(track.actions) else "end"
-        hit = step < len(track.actions) and bool(track.collisions[step])
+        action = ACTION_NAMES[track["actions"][step]] if step < len(track["actions"]) else "end"
+        hit = step < len(track["actions"]) and bool(track["collisions"][step])
         pen.text((PLAN + 16, HEIGHT - 76), f"step {step}: {action}", fill=style.INK, font=large)
         if hit:
             pen.text((PLAN + 16, HEIGHT - 46), "collision", fill=style.COLLISION, font=large)
@@ -146,26 +143,26 @@ class _Plan:
         self.image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy())  # type: ignore[attr-defined]
         self._to_pixels: Any = axes.transData.frozen()
 
-    def go(self, track: Trajectory, step: int) -> None:
+    def go(self, track: Trace, step: int) -> None:
         """Draw the last step's stretch of the way, and a red dot where it hit something."""
         if step == 0:
             return
         pen = ImageDraw.Draw(self.image)
-        a, b = self.pixels(track.positions[step - 1 : step + 1])
-        red, green, blue, _ = style.TIME(step / max(1, len(track.actions)))
+        a, b = self.pixels(track["positions"][step - 1 : step + 1])
+        red, green, blue, _ = style.TIME(step / max(1, len(track["actions"])))
         pen.line([*a, *b], fill=(round(255 * red), round(255 * green), round(255 * blue)), width=3)
-        if track.collisions[step - 1]:
+        if track["collisions"][step - 1]:
             pen.ellipse([*(b - 4), *(b + 4)], fill=style.COLLISION)
 
-    def picture(self, track: Trajectory, step: int, goal: Any) -> Image.Image:
+    def picture(self, track: Trace, step: int, goal: Any) -> Image.Image:
         """The plan with goal and agent at a step; the agent is a triangle that points where it looks."""
         image = self.image.copy()
         pen = ImageDraw.Draw(image)
         if goal is not None:
             x, z = self.pixels(np.asarray(goal, np.float64)[None])[0]
             pen.ellipse([x - 8, z - 8, x + 8, z + 8], fill=style.GOAL, outline=style.PAPER, width=2)
-        here = self.pixels(track.positions[step][None])[0]
-        ahead = forward(track.yaws[step])[[0, 2]]  # x to the right, z down, as pixels go
+        here = self.pixels(track["positions"][step][None])[0]
+        ahead = forward(track["yaws"][step])[[0, 2]]  # x to the right, z down, as pixels go
         side = np.array([-ahead[1], ahead[0]])
         corners = [here + 15 * ahead, here - 9 * ahead + 9 * side, here - 9 * ahead - 9 * side]
         pen.polygon([tuple(corner) for corner in corners], fill=style.START, outline=style.PAPER)

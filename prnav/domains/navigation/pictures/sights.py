@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from prnav import style
+from prnav.contracts import Trace
 from prnav.domains.navigation.maps import FloorMap
 from prnav.domains.navigation.pictures.topdown import caption, draw_floor, draw_trajectory, floors_of
-from prnav.evaluate.evaluator import Trajectory
 
 MOMENTS = 8
 ACTION_NAMES = ("stop", "forward", "left", "right")
@@ -28,7 +28,7 @@ def sensors_side_by_side(readings: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def draw_sight(
-    row: Mapping[str, Any], track: Trajectory, readings: NDArray[np.uint8], maps: Sequence[FloorMap], title: str
+    row: Mapping[str, Any], track: Trace, readings: NDArray[np.uint8], maps: Sequence[FloorMap], title: str
 ) -> Figure:
     """One episode as the agent saw it.
 
@@ -39,7 +39,7 @@ def draw_sight(
         maps: floor plans.
         title: of the figure.
     """
-    steps, sensors = len(track.actions), readings.shape[1]
+    steps, sensors = len(track["actions"]), readings.shape[1]
     moments = np.unique(np.linspace(0, steps, MOMENTS).round().astype(int))
     figure = style.new_figure(11.0, 3.6 + 0.75 * sensors + 1.0)
     with style.styled():
@@ -54,7 +54,7 @@ def draw_sight(
         for place, step in enumerate(moments):
             axes = top.add_subplot(area[place // (MOMENTS // 2), 1 + place % (MOMENTS // 2)])
             axes.imshow(sensors_side_by_side(readings[step]), interpolation="nearest")
-            action = ACTION_NAMES[track.actions[step]] if step < steps else "end"
+            action = ACTION_NAMES[track["actions"][step]] if step < steps else "end"
             axes.set_title(f"step {step}: {action}", fontsize=8.5, fontweight="normal")
             _bare(axes)
         lines = bottom.subplots(sensors + 1, 1, sharex=True, height_ratios=[1.0] * sensors + [0.35])
@@ -71,13 +71,13 @@ def draw_sight(
     return figure
 
 
-def _draw_actions(axes: Axes, track: Trajectory) -> None:
-    steps = np.arange(len(track.actions))
+def _draw_actions(axes: Axes, track: Trace) -> None:
+    steps = np.arange(len(track["actions"]))
     for action, (name, color) in enumerate(zip(ACTION_NAMES, ACTION_COLORS, strict=True)):
-        chosen = steps[track.actions == action]
+        chosen = steps[track["actions"] == action]
         if len(chosen):
             axes.bar(chosen, 1.0, width=1.0, align="edge", color=color, label=name)
-    hits = steps[track.collisions]
+    hits = steps[track["collisions"]]
     if len(hits):
         axes.bar(hits, 0.5, width=1.0, align="edge", color=style.COLLISION, label="collision")
     axes.set_ylim(0, 1)

@@ -16,10 +16,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from prnav import style
+from prnav.contracts.records import Evaluation, Trace, pick_episodes, pick_pairs
 from prnav.domains.navigation.maps import HALF_STOREY, FloorMap, floor_of
-from prnav.evaluate.evaluator import Trajectory
-from prnav.evaluate.picks import pick_episodes, pick_pairs
-from prnav.evaluate.records import Evaluation
 
 
 def draw_floor(axes: Axes, floor: FloorMap) -> None:
@@ -46,7 +44,7 @@ def draw_floor(axes: Axes, floor: FloorMap) -> None:
 
 def draw_trajectory(
     axes: Axes,
-    trajectory: Trajectory,
+    trajectory: Trace,
     floor: FloorMap,
     goal: ArrayLike | None = None,
     color: str | None = None,
@@ -68,8 +66,8 @@ def draw_trajectory(
         collision_size: area of a collision's dot in square points; 0 draws none.
         markers: whether start and goal are marked.
     """
-    here = np.abs(trajectory.positions[:, 1] - floor.height) < HALF_STOREY
-    plane = trajectory.positions[:, [0, 2]]
+    here = np.abs(trajectory["positions"][:, 1] - floor.height) < HALF_STOREY
+    plane = trajectory["positions"][:, [0, 2]]
     segments = np.stack([plane[:-1], plane[1:]], axis=1)
     drawn = here[:-1] & here[1:] & np.any(plane[:-1] != plane[1:], axis=1)
     lines = LineCollection(list(segments[drawn]), linewidths=line_width, capstyle="round", zorder=3)
@@ -80,7 +78,7 @@ def draw_trajectory(
     else:
         lines.set_color(color)
     axes.add_collection(lines)
-    hits = plane[1:][trajectory.collisions & here[1:]]
+    hits = plane[1:][trajectory["collisions"] & here[1:]]
     if collision_size and len(hits):
         axes.scatter(hits[:, 0], hits[:, 1], s=collision_size, color=style.COLLISION, linewidths=0, zorder=4)
     if not markers:
@@ -127,7 +125,7 @@ class _Panel:
 
     title: str
     row: Mapping[str, Any]
-    trajectory: Trajectory
+    trajectory: Trace
     floor: FloorMap
 
 
@@ -136,7 +134,7 @@ COLUMNS = 3
 
 
 def draw_episodes(
-    evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap], each: int = 3
+    evaluation: Evaluation, trajectories: Sequence[Trace], maps: Sequence[FloorMap], each: int = 3
 ) -> Figure:
     """Worst, best and random episodes of an evaluation; one map for each floor that an episode touches."""
     panels = []
@@ -152,7 +150,7 @@ def draw_episodes(
 
 def draw_pairs(
     evaluations: tuple[Evaluation, Evaluation],
-    trajectories: tuple[Sequence[Trajectory], Sequence[Trajectory]],
+    trajectories: tuple[Sequence[Trace], Sequence[Trace]],
     maps: Sequence[FloorMap],
     names: tuple[str, str],
 ) -> Figure:
@@ -177,16 +175,16 @@ def draw_pairs(
     return figure
 
 
-def floors_of(maps: Sequence[FloorMap], row: Mapping[str, Any], trajectory: Trajectory) -> list[FloorMap]:
+def floors_of(maps: Sequence[FloorMap], row: Mapping[str, Any], trajectory: Trace) -> list[FloorMap]:
     """Floors that an episode's path or goal is on, lowest first; a blank one where no map is at hand."""
-    heights = list(trajectory.positions[:, 1])
+    heights = list(trajectory["positions"][:, 1])
     heights += [] if row.get("goal") is None else [float(row["goal"][1])]
     floors = {id(floor): floor for y in heights if (floor := floor_of(maps, str(row["scene_id"]), float(y)))}
     return sorted(floors.values(), key=lambda floor: floor.height) or [_empty(row, trajectory)]
 
 
 def _panels(
-    title: str, row: Mapping[str, Any], track: Trajectory, floors: Sequence[FloorMap], tell: bool = False
+    title: str, row: Mapping[str, Any], track: Trace, floors: Sequence[FloorMap], tell: bool = False
 ) -> list[_Panel]:
     tell = tell or len(floors) > 1
     return [
@@ -211,7 +209,7 @@ def _draw_panels(panels: Sequence[_Panel], columns: int, width: float = 3.7) -> 
 
 
 def draw_house(
-    evaluation: Evaluation, trajectories: Sequence[Trajectory], maps: Sequence[FloorMap], limit: int = 50
+    evaluation: Evaluation, trajectories: Sequence[Trace], maps: Sequence[FloorMap], limit: int = 50
 ) -> Figure:
     """Up to ``limit`` trajectories in the scene with the most episodes, coloured by time, one map per floor."""
     counts: dict[str, int] = {}
@@ -221,7 +219,7 @@ def draw_house(
     chosen = [i for i, row in enumerate(evaluation.rows) if row["scene_id"] == scene][:limit]
     first = chosen[0]
     floors = [m for m in maps if m.scene_id == scene] or [_empty(evaluation.rows[first], trajectories[first])]
-    longest = max(len(trajectories[i].actions) for i in chosen)
+    longest = max(len(trajectories[i]["actions"]) for i in chosen)
     norm = Normalize(0, max(longest, 1))
     width = 6.2
     figure = style.new_figure(width * len(floors) + 0.8, width * _ratio(floors[0]) + 0.9)
@@ -267,12 +265,12 @@ def _ratio(floor: FloorMap) -> float:
     return rows / max(columns, 1)
 
 
-def _empty(row: Mapping[str, Any], trajectory: Trajectory) -> FloorMap:
+def _empty(row: Mapping[str, Any], trajectory: Trace) -> FloorMap:
     """A map that knows no floor, as large as the trajectory."""
-    points = trajectory.positions
+    points = trajectory["positions"]
     if row.get("goal") is not None:
         points = np.concatenate([points, np.asarray(row["goal"], dtype=np.float64)[None]])
     low, high = points.min(axis=0)[[0, 2]] - 1.0, points.max(axis=0)[[0, 2]] + 1.0
     shape = np.maximum(np.ceil((high - low) / 0.05), 1).astype(int)
     blank = np.zeros((shape[1], shape[0]), dtype=np.bool_)
-    return FloorMap(str(row["scene_id"]), float(trajectory.positions[0, 1]), (low[0], low[1]), 0.05, blank)
+    return FloorMap(str(row["scene_id"]), float(trajectory["positions"][0, 1]), (low[0], low[1]), 0.05, blank)

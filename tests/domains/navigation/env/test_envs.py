@@ -6,9 +6,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import prnav  # noqa: F401 (registers the environments)
-from prnav.domains.navigation.env import NavigationSlots, PointGoalNavEnv, PointGoalNavVectorEnv
+from prnav.domains.navigation.env import NavigationSlots
 from prnav.domains.navigation.env.episode_source import deal
-from prnav.domains.navigation.tasks import PointGoalConfig
+from prnav.domains.navigation.pointgoal import PointGoalConfig, PointGoalNavEnv, PointGoalNavVectorEnv
 from prnav.errors import ConfigError, DesignError, EpisodeError
 
 
@@ -43,7 +43,7 @@ def test_single_settings_work_and_a_misspelt_one_is_named(source):
 
 
 def test_a_batch_equals_single_environments_step_for_step(config, source, random_actions):
-    short = dataclasses.replace(config, task=PointGoalConfig(max_steps=23))
+    short = dataclasses.replace(config, rules=PointGoalConfig(max_steps=23))
     batch = PointGoalNavVectorEnv(4, short, source)
     singles = [PointGoalNavEnv(short, source) for _ in range(4)]
     observations, _ = batch.reset(seed=10)
@@ -68,7 +68,7 @@ def test_a_batch_equals_single_environments_step_for_step(config, source, random
 
 
 def test_time_limit_truncates_and_stop_terminates(config, source):
-    env = PointGoalNavEnv(dataclasses.replace(config, task=PointGoalConfig(max_steps=3)), source)
+    env = PointGoalNavEnv(dataclasses.replace(config, rules=PointGoalConfig(max_steps=3)), source)
     env.reset(seed=0)
     outcomes = [env.step(2)[2:4] for _ in range(3)]
     assert outcomes == [(False, False), (False, False), (False, True)]
@@ -77,14 +77,14 @@ def test_time_limit_truncates_and_stop_terminates(config, source):
 
 
 def test_state_restores_to_the_bit(config, source, random_actions):
-    short = dataclasses.replace(config, task=PointGoalConfig(max_steps=17))
+    short = dataclasses.replace(config, rules=PointGoalConfig(max_steps=17))
     first, second = PointGoalNavVectorEnv(3, short, source), PointGoalNavVectorEnv(3, short, source)
     first.reset(seed=5)
     theta = np.random.Generator(np.random.PCG64(0)).normal(0, 0.1, (2, first.slots.num_sensors, 7))
     first.set_designs([0, 2], theta)
     for _ in range(25):
         first.step(random_actions(3))
-    second.set_state(first.get_state())
+    second.restore(first.snapshot())
     for name, value in first.observations().items():
         np.testing.assert_array_equal(value, second.observations()[name])
     for _ in range(30):
@@ -96,7 +96,7 @@ def test_state_restores_to_the_bit(config, source, random_actions):
 
 
 def test_designs_change_at_the_next_episode_only(config, source):
-    env = PointGoalNavVectorEnv(2, dataclasses.replace(config, task=PointGoalConfig(max_steps=2)), source)
+    env = PointGoalNavVectorEnv(2, dataclasses.replace(config, rules=PointGoalConfig(max_steps=2)), source)
     before, _ = env.reset(seed=0)
     theta = np.full((1, env.slots.num_sensors, 7), 0.05)
     env.set_designs([1], theta)
@@ -109,9 +109,9 @@ def test_designs_change_at_the_next_episode_only(config, source):
 def test_a_bad_design_is_refused(config, source):
     slots = NavigationSlots(source, 1, config)
     with pytest.raises(DesignError, match="not finite"):
-        slots.set_theta([0], np.full((1, slots.num_sensors, 7), np.nan))
+        slots.set_designs([0], np.full((1, slots.num_sensors, 7), np.nan))
     with pytest.raises(DesignError, match=r"it must be \(1, "):
-        slots.set_theta([0], np.zeros((1, 9, 7)))
+        slots.set_designs([0], np.zeros((1, 9, 7)))
     with pytest.raises(DesignError, match=r"it must be \(2, "):
         PointGoalNavVectorEnv(2, config, source).set_designs([0, 1], np.zeros((1, slots.num_sensors, 7)))
 

@@ -3,13 +3,12 @@ import dataclasses
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from prnav.domains.navigation.env import PointGoalNavEnv, PointGoalNavVectorEnv
-from prnav.domains.navigation.tasks import PointGoalConfig
+from prnav.domains.navigation.pointgoal import PointGoalConfig, PointGoalNavEnv, PointGoalNavVectorEnv
 
 
 def test_the_native_batch_speaks_as_gymnasiums_own(config, source, random_actions):
     """Observations, rewards, ends and info equal those of SyncVectorEnv over single environments."""
-    short = dataclasses.replace(config, task=PointGoalConfig(max_steps=7))
+    short = dataclasses.replace(config, rules=PointGoalConfig(max_steps=7))
     ours = PointGoalNavVectorEnv(3, short, source)
     theirs = SyncVectorEnv([lambda: PointGoalNavEnv(short, source)] * 3, autoreset_mode=AutoresetMode.SAME_STEP)
     assert ours.single_observation_space == theirs.single_observation_space
