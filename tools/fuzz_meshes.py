@@ -44,11 +44,15 @@ ODD = (
     "½",
 )
 NAMES = ("m", "n", "my mat", "é", "(null)", "", "m#1", '"m"', "x" * 300, "..", "a.mtl", "\\")
-PATHS = ("p.png", "P.PNG", "./p.png", "sub\\p.png", "../p.png", "/etc/passwd", "C:\\p.png", "http://x/p.png", '"p.png"',
-         "p.png # c", "gone.png", "", ".", "/dev/zero", "a" * 400, "p\0.png", "%2e%2e/p.png", "a.obj", "broken.png")  # fmt: skip
-OPTIONS = ("-s 1 1 1", "-s 2", "-s -1 1", "-o 0.5", "-o 0 0 0", "-t 1 1 1", "-mm 0 1", "-mm 0.2 nan", "-mm 1e9 -1e9", "-bm 1",
-           "-clamp on", "-clamp off", "-blendu on", "-texres 16", "-imfchan r", "-type sphere", "-unknown 1", "-s", "-o a",
-           "-s 1e30 1e30", "-o 1e30")  # fmt: skip
+PATHS = (
+    "p.png", "P.PNG", "./p.png", "sub\\p.png", "../p.png", "/etc/passwd", "C:\\p.png", "http://x/p.png", '"p.png"', "a.obj",
+    "p.png # c", "gone.png", "", ".", "/dev/zero", "a" * 400, "p\0.png", "%2e%2e/p.png", "broken.png",
+)  # fmt: skip
+OPTIONS = (
+    "-s 1 1 1", "-s 2", "-s -1 1", "-o 0.5", "-o 0 0 0", "-t 1 1 1", "-mm 0 1", "-mm 0.2 nan", "-mm 1e9 -1e9", "-bm 1",
+    "-clamp on", "-clamp off", "-blendu on", "-texres 16", "-imfchan r", "-type sphere", "-unknown 1", "-s", "-o a",
+    "-s 1e30 1e30", "-o 1e30",
+)  # fmt: skip
 
 
 def picture() -> bytes:
@@ -78,8 +82,8 @@ def read_mesh(path: Path, data: bytes, kind: str) -> str:
 
 
 OBJ_OF_MTL = (
-    b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0 1 0 0\nvt 0 0\nvt 3 0\nvt 0 -2\nusemtl m\nf 1/1 2/2 3/3\nusemtl n\n"
-    b"f 2 4 3\nusemtl my mat\nf 1/1 2/1 4/3\n"
+    b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0 1 0 0\nvt 0 0\nvt 3 0\nvt 0 -2\nusemtl m\nf 1/1 2/2 3/3\n"
+    b"usemtl n\nf 2 4 3\nusemtl my mat\nf 1/1 2/1 4/3\n"
 )
 
 

@@ -128,4 +128,3 @@ def move(
     wanted, moved = ends - starts, positions - starts
     collided = np.einsum("ij,ij->i", moved, moved) + COLLISION < np.einsum("ij,ij->i", wanted, wanted)
     return positions, collided
-
