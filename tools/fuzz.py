@@ -5,8 +5,8 @@ KIND is navmesh, episodes, obj, mtl, ply or gltf, or meshes for the last four by
 Each round takes a sound file (a few small ones are built in, others may be named), damages it in one to four ways and
 reads it. A `.navmesh` that is accepted is asked for moves, distances and a map, and written again; episodes that are
 accepted are held in columns and written again. Meshes are made by grammars (`fuzz_meshes.py`), and one in five is
-damaged besides. Allowed are success and prnav's own errors of one line; anything else, a round that takes longer than --limit seconds, and more memory than --memory MB end the run with a report, and the
-file that did it stays in --keep.
+damaged besides. Allowed are success and prnav's own errors of one line; anything else, a round that takes longer than
+--limit seconds, and more memory than --memory MB end the run with a report, and the file that did it stays in --keep.
 """
 
 from __future__ import annotations

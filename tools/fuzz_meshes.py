@@ -45,8 +45,8 @@ ODD = (
 )
 NAMES = ("m", "n", "my mat", "é", "(null)", "", "m#1", '"m"', "x" * 300, "..", "a.mtl", "\\")
 PATHS = (
-    "p.png", "P.PNG", "./p.png", "sub\\p.png", "../p.png", "/etc/passwd", "C:\\p.png", "http://x/p.png", '"p.png"', "a.obj",
-    "p.png # c", "gone.png", "", ".", "/dev/zero", "a" * 400, "p\0.png", "%2e%2e/p.png", "broken.png",
+    "p.png", "P.PNG", "./p.png", "sub\\p.png", "../p.png", "/etc/passwd", "C:\\p.png", "http://x/p.png", '"p.png"',
+    "a.obj", "p.png # c", "gone.png", "", ".", "/dev/zero", "a" * 400, "p\0.png", "%2e%2e/p.png", "broken.png",
 )  # fmt: skip
 OPTIONS = (
     "-s 1 1 1", "-s 2", "-s -1 1", "-o 0.5", "-o 0 0 0", "-t 1 1 1", "-mm 0 1", "-mm 0.2 nan", "-mm 1e9 -1e9", "-bm 1",
