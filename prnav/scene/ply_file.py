@@ -291,7 +291,8 @@ def _numbers(body: NDArray[np.uint8], at: NDArray[np.int64], kind: str) -> NDArr
     raw = np.empty((len(at), dtype.itemsize), np.uint8)
     for k in range(dtype.itemsize):
         raw[:, k] = body[at + k]
-    return raw.view(dtype)[:, 0].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        return raw.view(dtype)[:, 0].astype(np.float64)
 
 
 def _spread(firsts: NDArray[np.int64], sizes: NDArray[np.int64], stride: int) -> NDArray[np.int64]:
