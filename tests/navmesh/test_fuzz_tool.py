@@ -17,4 +17,5 @@ def test_broken_files_give_our_own_errors_and_nothing_else(reader, length, tmp_p
     run = subprocess.run(command, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
     found = re.search(r"([\d,]+) files \(([\d,]+) (NavMesh|Episode|Scene)Error, ([\d,]+) accepted\)", run.stdout)
-    assert found and all(int(number.replace(",", "")) > 15 for number in found.group(1, 2, 4)), run.stdout
+    least = 1 if reader == "mtl" else 15  # materials refuse few meshes
+    assert found and all(int(number.replace(",", "")) > least for number in found.group(1, 2, 4)), run.stdout
