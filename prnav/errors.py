@@ -43,6 +43,10 @@ class ControlError(PrnavError):
     """A control task is unknown, its physics engine is missing or too old, or a state does not fit its body."""
 
 
+class EnvError(PrnavError, ValueError):
+    """An environment is asked for what it cannot do: an action that is none, an episode that is not there."""
+
+
 class CheckpointError(PrnavError):
     """A checkpoint is missing, broken, or belongs to another configuration."""
 

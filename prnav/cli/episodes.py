@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import Parser, Screen, add_data_options, check_data_options, command, natural, positive, workers
 from prnav.cli._progress import LineProgress
 from prnav.errors import EpisodeError, SceneError
 
@@ -26,7 +25,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(prog="prnav-episodes", description="Episodes in Habitat's PointNav format.")
+    p = Parser(prog="prnav-episodes", description="Episodes in Habitat's PointNav format.")
     commands = p.add_subparsers(dest="command", required=True)
 
     sub = commands.add_parser("generate", help="draw episodes in scenes by Habitat's rules")
@@ -39,12 +38,12 @@ def parser() -> argparse.ArgumentParser:
     )
     where.add_argument("--scenes", metavar="SPLIT", help="split of built-in homes, or with --data of the set (hm3d)")
     sub.add_argument("--split", metavar="NAME", required=True, help="name of the split to write")
-    sub.add_argument("--per-scene", metavar="N", type=_positive, required=True, help="episodes per scene")
-    sub.add_argument("--seed", metavar="S", type=_natural, default=0, help="another seed, other episodes (default: 0)")
+    sub.add_argument("--per-scene", metavar="N", type=positive, required=True, help="episodes per scene")
+    sub.add_argument("--seed", metavar="S", type=natural, default=0, help="another seed, other episodes (default: 0)")
     sub.add_argument("--out", metavar="DIR", type=Path, required=True, help="writes DIR/NAME/NAME.json.gz")
     sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis of mesh files (default: y)")
     add_data_options(sub, "folder with scene_datasets/ in it, or one that scene ids in the file are relative to")
-    sub.add_argument("--workers", metavar="N", type=_positive, help="processes (default: one per core)")
+    sub.add_argument("--workers", metavar="N", type=workers, help="processes (default: one per core)")
     sub.add_argument(
         "--roofs",
         action="store_true",
@@ -83,21 +82,9 @@ def _add_dataset(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--split", metavar="NAME", help="split of a folder or of builtin that has several")
 
 
-def _positive(text: str) -> int:
-    if not text.isdigit() or not int(text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)
-
-
-def _natural(text: str) -> int:
-    if not text.isdigit():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
-
-
 def _progress() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return LineProgress(*columns, console=Console(stderr=True))
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return LineProgress(*columns, console=Screen(stderr=True))
 
 
 def _generate(options: argparse.Namespace) -> int:

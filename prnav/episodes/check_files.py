@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from prnav.errors import SceneError
+from prnav.processes import deaf_children
 from prnav.scene.datasets import LAYOUTS, data_folder, open_scene_set
 from prnav.scene.habitat_configs import DATASET_SUFFIX, OBJECT_SUFFIX, SCENE_SUFFIX, STAGE_SUFFIX
 from prnav.scene.source import SUFFIXES as MESH_SUFFIXES
@@ -237,7 +238,8 @@ class _Worker:
     def _start(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "prnav.episodes.check_worker", str(self.folder), self.data or ""]
         command.append(str(int(self.limits.memory_gb * 2**30)))
-        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        with deaf_children():
+            return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
     def close(self) -> None:
         if self._process is not None:

@@ -17,6 +17,7 @@ from prnav.errors import EpisodeError, NavMeshError, PrnavError, SceneError
 from prnav.navmesh import NavMesh
 from prnav.navmesh.extent import extent_doubts
 from prnav.navmesh.fit import LEAST_SHARE, check_fit, floor_share
+from prnav.processes import become_worker
 from prnav.scene import SceneFile, SceneMesh, SceneSet, open_scene_set, resolve_scene
 from prnav.scene.habitat_configs import read_config
 from prnav.scene.library import parse_scene
@@ -173,6 +174,7 @@ def _size(scene: SceneMesh) -> str:
 
 def main(arguments: list[str]) -> None:
     """Answer requests until there are no more."""
+    become_worker()
     folder, data, memory = Path(arguments[0]), arguments[1] or None, int(arguments[2])
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

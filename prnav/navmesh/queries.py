@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import floats, has_fractions
 from prnav.errors import NavMeshError
 from prnav.navmesh import locate, step
 from prnav.navmesh.planar import TOUCH
@@ -28,9 +29,9 @@ def as_points(points: ArrayLike, name: str = "points") -> Floats:
     """Points as a C-contiguous float64 array (N, 3); a single point becomes one row.
 
     Raises:
-        NavMeshError: the last dimension is not 3.
+        NavMeshError: no numbers, or the last dimension is not 3.
     """
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    array = np.ascontiguousarray(floats(points, name, NavMeshError))
     if array.ndim == 1 and array.size == 0:
         return array.reshape(0, 3)
     if array.ndim == 0 or array.shape[-1] != 3 or array.ndim > 2:
@@ -44,12 +45,30 @@ def as_scenes(scenes: ArrayLike, count: int, number: int) -> NDArray[np.int64]:
     Raises:
         NavMeshError: another length, or an index out of range.
     """
-    array = np.ascontiguousarray(scenes, dtype=np.int64).reshape(-1)
+    array = np.asarray(scenes)
+    if has_fractions(array):
+        raise NavMeshError(
+            f"scene indices are {array.dtype} with fractions; valid: whole numbers from 0 to {number - 1}"
+        )
+    array = np.ascontiguousarray(array, dtype=np.int64).reshape(-1)
     if len(array) != count:
         raise NavMeshError(f"{len(array)} scene indices for {count} rows; there must be one per row")
     if len(array) and (array.min() < 0 or array.max() >= number):
         raise NavMeshError(f"scene index {array.min()}..{array.max()} out of range; valid: 0 to {number - 1}")
     return array
+
+
+def as_pairs(a: ArrayLike, b: ArrayLike, names: tuple[str, str]) -> tuple[Floats, Floats]:
+    """Two arrays of points with as many rows; where one is a single point, it stands for as many.
+
+    Raises:
+        NavMeshError: they have other numbers of rows.
+    """
+    one, two = as_points(a, names[0]), as_points(b, names[1])
+    if len(one) != len(two) and 1 not in (len(one), len(two)):
+        raise NavMeshError(f"{names[0]} are {len(one)} points and {names[1]} are {len(two)}; there must be as many")
+    one, two = np.broadcast_arrays(one, two)
+    return np.ascontiguousarray(one), np.ascontiguousarray(two)
 
 
 def find(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[Floats, Ints]:

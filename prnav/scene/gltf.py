@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from prnav.errors import SceneError
 from prnav.scene import decoders
+from prnav.scene.allowance import Allowance
 from prnav.scene.glb import decode_data_uri, is_data_uri, parse_json, split_glb
 from prnav.scene.source import MeshSource
 
@@ -27,8 +28,6 @@ _COMPONENTS: dict[int, type[Any]] = {
     5126: np.float32,
 }
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_MAX_SPARSE = 20_000_000
-"""Most elements of an accessor that has no bytes of its own but for a sparse part."""
 
 READ = {
     "KHR_mesh_quantization",
@@ -57,6 +56,8 @@ class GltfFile:
     def __init__(self, source: MeshSource) -> None:
         self.path: Path = source.path
         self._side = source.side
+        size = len(source.data) + sum(map(len, source.side.values()))
+        self.allowance = Allowance(f"scene {source.path}", size)
         self._chunk: memoryview | None = None
         text: bytes | memoryview = source.data
         if source.suffix == ".glb":
@@ -138,15 +139,22 @@ class GltfFile:
             values = self._view(entry, name, dtype, count, width)
         elif not sparse:
             self.fail(f"{name} has no data: it names no bufferView")
-        elif count > _MAX_SPARSE:
-            self.fail(f"{name} promises {count} elements without bytes; at most {_MAX_SPARSE} are taken")
         else:
+            self.allowance.spend("empty", count)
             values = np.zeros((count, width), dtype)
         if sparse:
             values = self._with_sparse(values, sparse, name)
         if entry.get("normalized") and dtype is not np.float32:
             return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
         return values
+
+    def is_compressed(self, entry: dict[str, Any]) -> bool:
+        """Whether an accessor's bytes are stored under a mesh compression."""
+        index = entry.get("bufferView")
+        if index is None:
+            return False
+        view = self.item("bufferViews", index, "an accessor")
+        return any(self.extension(view, name, f"bufferViews[{index}]") for name in decoders.MESHOPT_EXTENSIONS)
 
     def draco(self, compressed: dict[str, Any], name: str) -> tuple[NDArray[np.int64], dict[int, NDArray[Any]]]:
         """Triangles and attributes by id of a primitive under KHR_draco_mesh_compression."""

@@ -60,8 +60,10 @@ class _Reader:
         for index, matrix in self._instances():
             if index not in meshes:
                 meshes[index] = self._mesh(index)
-            triangles += sum(len(part.faces) for part in meshes[index])
+            more = sum(len(part.faces) for part in meshes[index])
+            triangles += more
             check_triangles(self.file.path, triangles)
+            self.file.allowance.spend("triangles", more)
             result += [part.moved(matrix) for part in meshes[index]]
         return result
 
@@ -69,6 +71,7 @@ class _Reader:
         """Meshes to draw and their matrices (4, 4), in the order of the node tree."""
         file = self.file
         nodes = file.items("nodes")
+        file.allowance.spend("nodes", len(nodes))
         seen = np.zeros(len(nodes), bool)
         stack = [(root, np.eye(4)) for root in reversed(self._roots())]
         result = []
@@ -106,6 +109,8 @@ class _Reader:
         return value
 
     def _matrix(self, node: dict[str, Any], name: str) -> NDArray[np.float64]:
+        if not {"matrix", "rotation", "scale", "translation"} & node.keys():
+            return np.eye(4)
         if "matrix" in node:
             return self.file.numbers(node, "matrix", name, [0.0] * 16).reshape(4, 4).T
         matrix = np.eye(4)
@@ -130,6 +135,7 @@ class _Reader:
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
             self.file.fail(f"'primitives' of meshes[{index}] is not a list of objects")
+        self.file.allowance.spend("primitives", len(primitives))
         parts = [self._primitive(item, f"meshes[{index}].primitives[{k}]") for k, item in enumerate(primitives)]
         return [part for part in parts if part is not None]
 
@@ -145,6 +151,7 @@ class _Reader:
             return None  # nothing to draw, says the standard
         data = self._geometry(primitive, attributes, name)
         vertices = data("POSITION", (3,))
+        file.allowance.spend("vertices", len(vertices))
         faces = data.faces if data.faces is not None else self._faces(primitive, mode, len(vertices), name)
         if not len(faces):
             return None
@@ -190,6 +197,7 @@ class _Reader:
         if not compressed or ("bufferView" in position and not decoders.available(_DRACO)):
             return _Geometry(file, attributes, name)
         faces, arrays = file.draco(compressed, name)  # their own counts rule, whatever the accessors promise
+        file.allowance.spend("packed", faces.size)
         ids = file.table(compressed, "attributes", f"{_DRACO} of {name}")
         decoded = arrays.get(_number(ids.get("POSITION")))
         count = 0 if decoded is None else len(decoded)
@@ -200,13 +208,16 @@ class _Reader:
     def _faces(self, primitive: dict[str, Any], mode: int, count: int, name: str) -> NDArray[np.int64]:
         file = self.file
         if "indices" in primitive:
+            entry = file.item("accessors", primitive["indices"], f"indices of {name}")
             values = file.accessor(primitive["indices"], f"indices of {name}", (1,))[:, 0]
+            file.allowance.spend("packed" if file.is_compressed(entry) else "indices", len(values))
             if values.dtype.kind != "u":
                 file.fail(f"indices of {name} are of type {values.dtype}; valid: unsigned 8, 16 or 32 bits")
             order = values.astype(np.int64)
             if len(order) and order.max() >= count:
                 file.fail(f"an index of {name} is {order.max()}; its vertices are 0..{count - 1}")
         else:
+            file.allowance.spend("indices", count)
             order = np.arange(count, dtype=np.int64)
         if mode == _TRIANGLES:
             if len(order) % 3:

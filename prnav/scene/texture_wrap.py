@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from prnav.scene.images import EncodedImage, shrink
+from prnav.scene.images import EncodedImage, reduced_texels
 from prnav.scene.parts import Part, Textures
 
 MODES = ("repeat", "clamp", "mirror")
@@ -63,7 +62,7 @@ class AlteredImage(EncodedImage):
             texels = np.concatenate([texels, texels[:, ::-1]], axis=1)
         if self.mirror[1]:
             texels = np.concatenate([texels, texels[::-1]], axis=0)
-        return shrink(Image.fromarray(np.ascontiguousarray(texels)), factor)
+        return reduced_texels(texels, self.size, factor)
 
 
 def wrap_part(part: Part, wrap: Wrap, textures: Textures) -> Part:

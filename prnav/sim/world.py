@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from prnav.navmesh import NavMesh, NavMeshSet, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.scene import SceneMesh, load_scene, open_scene_set, resolve_scene
@@ -25,6 +26,10 @@ class World:
     navmeshes: tuple[NavMesh, ...]
     navmesh_origins: tuple[str, ...] = ()
     """Where each navmesh is from: "built", or "file NAME"."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        """Nothing in it ever changes: copies share it."""
+        return self
 
     @cached_property
     def navmesh_set(self) -> NavMeshSet:

@@ -17,9 +17,13 @@ from torch import Tensor
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
+from prnav.train.checkpoint import check_like
 from prnav.train.machine import one_core_threads
 from prnav.train.progress import Progress
 from prnav.train.rollout import Collector, Rollout
+
+WAITING = ("next_theta", "next_theta_agents")
+"""Arrays of the environments' state that have a row per agent that waits for a design."""
 
 
 class Crew:
@@ -98,6 +102,7 @@ class Crew:
                 f"checkpoint {source}: its environments are in {len(groups)} group(s), this run's in "
                 f"{len(self.collectors)}; resume with groups={len(groups)}"
             )
+        check_like(groups, [one.state_dict() for one in self.collectors], source, "collector", WAITING)
         for collector, group in zip(self.collectors, groups, strict=True):
             collector.load_state_dict(group)
         self.generator.bit_generator.state = state["generator"]

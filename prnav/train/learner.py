@@ -134,6 +134,10 @@ class Learner:
             int(index): {name: torch.as_tensor(value) for name, value in slots.items()}
             for index, slots in optimizer["state"].items()
         }
+        for index, slots in optimizer["state"].items():
+            for name, value in slots.items():
+                if value.ndim and value.shape != self.parameters[index].shape:
+                    raise ValueError(f"the optimizer's {name} {index} is of shape {tuple(value.shape)}")
         self.optimizer.load_state_dict(optimizer)
         self.generator.bit_generator.state = state["generator"]
 

@@ -196,7 +196,10 @@ def test_sparse_accessor_out_of_nothing_is_bounded(quad, tmp_path):
     part = {"bufferView": 0, "componentType": 5125}
     sparse = {"count": 1, "indices": part, "values": part}
     quad.document["accessors"][0] = {"componentType": 5126, "type": "VEC3", "count": 4_000_000_000, "sparse": sparse}
-    refuse(quad.write(tmp_path / "a.glb"), "promises 4000000000 elements without bytes; at most 20000000")
+    refuse(
+        quad.write(tmp_path / "a.glb"),
+        "4000000000 accessor elements without bytes of their own; a file of .* bytes may have",
+    )
 
 
 def test_many_instances_of_a_mesh_are_bounded(quad, tmp_path, monkeypatch):

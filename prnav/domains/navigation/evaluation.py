@@ -26,7 +26,7 @@ from prnav.scene import scene_ids
 from prnav.sensors import Body
 from prnav.sim import STOP
 
-ENV_KEYS = ("grid", "rays_per_receptor", "engine", "vision", "sim", "navmesh")
+ENV_KEYS = ("sensors", "grid", "camera_size", "rays_per_receptor", "engine", "vision", "readout", "sim", "navmesh")
 """Settings of the environment that a record's head holds."""
 
 
