@@ -25,11 +25,13 @@ _LAZY = {
     "save_episodes": "prnav.episodes",
     "generate_episodes": "prnav.episodes",
     "Renderer": "prnav.render",
+    "ControlTask": "prnav.domains.control.control_task",
     "Design": "prnav.sensors",
     "load_design": "prnav.sensors",
 }
 
 __all__ = [
+    "ControlTask",
     "Design",
     "Episode",
     "NavMesh",
@@ -49,6 +51,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from prnav.domains.control.control_task import ControlTask
     from prnav.episodes import Episode, generate_episodes, load_episodes, save_episodes
     from prnav.navmesh import NavMesh, NavMeshSettings, load_navmesh
     from prnav.render import Renderer

@@ -15,6 +15,12 @@ from prnav.errors import ConfigError
 TASKS: dict[str, str] = {
     "pointgoal": "prnav.domains.navigation.pointgoal:SPEC",
     "targetnav": "prnav.domains.navigation.targetnav:SPEC",
+    "control/reacher-hard": "prnav.domains.control.suite:REACHER_HARD",
+    "control/walker-stand": "prnav.domains.control.suite:WALKER_STAND",
+    "control/walker-walk": "prnav.domains.control.suite:WALKER_WALK",
+    "control/walker-run": "prnav.domains.control.suite:WALKER_RUN",
+    "control/finger-spin": "prnav.domains.control.suite:FINGER_SPIN",
+    "control/finger-turn-easy": "prnav.domains.control.suite:FINGER_TURN_EASY",
 }
 """Name of a task -> module and attribute of its :class:`~prnav.contracts.TaskSpec`."""
 
@@ -24,6 +30,12 @@ DEFAULT_TASK = "pointgoal"
 GYMNASIUM: dict[str, str] = {
     "PointGoalNav": "prnav.domains.navigation.pointgoal",
     "TargetNav": "prnav.domains.navigation.targetnav",
+    "ReacherHard": "prnav.domains.control.suite",
+    "WalkerStand": "prnav.domains.control.suite",
+    "WalkerWalk": "prnav.domains.control.suite",
+    "WalkerRun": "prnav.domains.control.suite",
+    "FingerSpin": "prnav.domains.control.suite",
+    "FingerTurnEasy": "prnav.domains.control.suite",
 }
 """Name of a Gymnasium environment -> module that has its classes ``NAMEEnv`` and ``NAMEVectorEnv``."""
 

@@ -72,6 +72,8 @@ MAX_TEXT = 4096
 
 MAX_TOML = 1 << 20
 """Most bytes of a TOML file that is read."""
+RENAMED = "renamed_keys"
+"""Class variable of a config class: tables that files of earlier versions have, and what they are called now."""
 
 
 def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -> C:
@@ -135,6 +137,9 @@ def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: s
     names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
     for key in values:
         if key not in names:
+            now = getattr(cls, RENAMED, {}).get(key)
+            if now is not None:
+                raise ConfigError(f"config {source}: [{prefix}{key}] is now called [{prefix}{now}]; rename it")
             near = difflib.get_close_matches(key, names, n=1)
             remedy = f"did you mean {prefix}{near[0]!s}?" if near else f"valid here: {', '.join(names)}"
             raise ConfigError(f"config {source}: unknown key {prefix + key!r}; {remedy}")
@@ -169,7 +174,7 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
         return value
     if origin is tuple:
         if not isinstance(value, list | tuple):
-            raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be a list")
+            raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be a list, such as [{value!r}]")
         if len(arguments) == 2 and arguments[1] is Ellipsis:
             return tuple(_convert(item, arguments[0], source, f"{key}[{i}]") for i, item in enumerate(value))
         if len(value) != len(arguments):

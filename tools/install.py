@@ -15,7 +15,7 @@ from importlib import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = ("data", "gpu", "search", "video")
+EXTRAS = ("control", "data", "gpu", "search", "video")
 """Extras of pyproject.toml that are taken where pip finds them; the tests that need a missing one skip and say so."""
 
 

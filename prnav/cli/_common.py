@@ -16,12 +16,13 @@ import os
 import signal
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from rich.console import Console
 
-from prnav.errors import ConfigError, PrnavError
+from prnav.errors import ConfigError, PrnavError, SceneNote
 
 Main = Callable[[Sequence[str] | None], int | None]
 
@@ -125,6 +126,19 @@ def whole_number(low: int, high: int, reason: str = "") -> Callable[[str], int]:
     return read
 
 
+def _show_warning(name: str, show: Callable[..., None], message: Any, category: type[Warning], *place: Any) -> None:
+    """Print a note on a scene as one line, once, and anything else as Python does."""
+    if not issubclass(category, SceneNote):
+        show(message, category, *place)
+    elif (text := one_line(str(message))) not in _SHOWN:
+        _SHOWN.add(text)
+        with contextlib.suppress(OSError, ValueError):
+            print(f"{name}: note: {text}", file=sys.stderr)
+
+
+_SHOWN: set[str] = set()
+
+
 def amount(low: float, high: float, unit: str) -> Callable[[str], float]:
     """Type of an option that is a number of some unit from ``low`` to ``high``."""
 
@@ -164,7 +178,10 @@ def _run(main: Main, argv: Sequence[str], from_shell: bool, debug: bool) -> int:
         if any("\0" in word for word in argv):
             raise ConfigError("an argument holds a zero byte; no name and no path has one")
         try:
-            status = main(argv) or 0
+            with warnings.catch_warnings():
+                warnings.simplefilter("always", SceneNote)
+                warnings.showwarning = functools.partial(_show_warning, name, warnings.showwarning)
+                status = main(argv) or 0
         except SystemExit as ended:  # the parser's
             if not from_shell:
                 raise

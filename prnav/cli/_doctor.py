@@ -76,6 +76,7 @@ _EXTRAS = (
     ("meshopt", "meshopt", "data", "only meshes compressed by meshopt need it"),
     ("opengl-basisu", "opengl_basisu", "data", "only KTX2 and Basis textures need it"),
     ("imageio-ffmpeg", "imageio_ffmpeg", "video", "only prnav-report --video uses it"),
+    ("mujoco-core", "prnav.domains.control.engine", "control", "only continuous control uses it"),
     ("optuna", "optuna", "search", "only searches of prnav-design use it"),
 )
 _FOLDERS = (

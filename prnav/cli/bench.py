@@ -24,6 +24,9 @@ def parser() -> argparse.ArgumentParser:
         "--seconds", type=amount(0.001, 1e5, "seconds"), metavar="S", help="how long each figure is measured"
     )
     p.add_argument("--device", metavar="DEVICE", help="cpu, cuda or cuda:N, for benchmarks that can use one (render)")
+    p.add_argument("--scene", metavar="FILE", help="measure in this scene (render, accuracy, sim, navmesh)")
+    p.add_argument("--up", choices=("y", "z"), default="y", help="up axis of a mesh file (default: y)")
+    p.add_argument("--data-root", metavar="DIR", help="folder that its pictures may be in, above its own")
     p.add_argument("--json", action="store_true", help="print rows as JSON")
     return p
 
@@ -32,7 +35,10 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point."""
     options = parser().parse_args(argv)
-    rows = measure(options.name, options.seconds, options.device)
+    from prnav.scene import load_scene
+
+    scene = None if options.scene is None else load_scene(options.scene, options.up, root=options.data_root)
+    rows = measure(options.name, options.seconds, options.device, scene)
     if options.json:
         print(json.dumps(rows, indent=1))
     else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +25,7 @@ from prnav.cli._common import (
     whole_number,
     workers,
 )
+from prnav.cli._progress import LineProgress
 from prnav.errors import ConfigError
 from prnav.files import check_writable, write_text
 
@@ -231,19 +231,22 @@ def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, o
     if len(evaluations) < 2:
         return {}
     from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups
-    from prnav.report.tables import differences_table, seeds_table
+    from prnav.report.tables import differences_table, seeds_table, that_fit
 
     names = [evaluation.label for evaluation in evaluations]
     paired, groups = differences(evaluations, names), seed_groups(evaluations)
     if paired:
-        console.print(differences_table(paired))
+        for part in that_fit(paired, console.width):
+            console.print(differences_table(part))
     elif not same_episodes(evaluations):
         console.print("these evaluations are of different episodes, so they are not compared", highlight=False)
     between = group_differences(groups)
     if groups:
-        console.print(seeds_table(groups))
+        for few in that_fit(groups, console.width):
+            console.print(seeds_table(few))
     if between:
-        console.print(differences_table(between))
+        for part in that_fit(between, console.width):
+            console.print(differences_table(part))
     return {
         "evaluations": [evaluation.header for evaluation in evaluations],
         "differences": [dataclasses.asdict(difference) for difference in paired],
@@ -330,15 +333,13 @@ def _print(evaluation: Evaluation, console: Console) -> None:
 
 
 def _progress(screen: Console) -> Progress:
-    return Progress(
+    return LineProgress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=screen,
-        transient=True,
-        disable=not sys.stderr.isatty(),
     )
 
 

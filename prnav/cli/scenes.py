@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from prnav.cli._common import (
     Parser,
@@ -20,7 +21,7 @@ from prnav.cli._common import (
     workers,
 )
 from prnav.cli._scene_views import contact_sheet, floor_levels, floor_map, views
-from prnav.errors import NavMeshError, SceneError
+from prnav.errors import NavMeshError, SceneError, SceneNote
 from prnav.scene import DATA_SETS, SceneFile, SceneMesh, load_scene, open_scene_set, scene_ids
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     sub = commands.add_parser("info", help="triangles, size, textures and walkable area of a scene")
     _add_source(sub)
+    sub.add_argument("--json", metavar="FILE", type=Path, help="also write it as JSON")
     sub.set_defaults(run=_info)
 
     sub = commands.add_parser("preview", help="a picture of a scene: views from inside and a map of each floor")
@@ -74,6 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub = commands.add_parser("check", help="try every scene, navmesh and episode file of a folder, in one pass")
     sub.add_argument("folder", metavar="DIR", type=Path, help="folder to search; with --data the data root")
     sub.add_argument("--data", choices=DATA_SETS, help="only this data set under DIR, with its configs and navmeshes")
+    sub.add_argument("--data-root", metavar="DIR", help="folder that pictures of meshes may be in, above their own")
     sub.add_argument("--json", metavar="FILE", type=Path, help="also write what was found as JSON")
     sub.add_argument(
         "--timeout",
@@ -106,7 +109,9 @@ def _add_source(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_data(parser: argparse.ArgumentParser) -> None:
-    add_data_options(parser, "folder with scene_datasets/ in it")
+    add_data_options(
+        parser, "with --data the folder with scene_datasets/ in it, else one that a mesh's pictures are in"
+    )
 
 
 def _place(arguments: argparse.Namespace) -> str | SceneFile:
@@ -118,7 +123,8 @@ def _place(arguments: argparse.Namespace) -> str | SceneFile:
 
 
 def _open(arguments: argparse.Namespace) -> SceneMesh:
-    return load_scene(_place(arguments), arguments.up)
+    root = None if arguments.data is not None else arguments.data_root
+    return load_scene(_place(arguments), arguments.up, root=root)
 
 
 def _open_navmesh(arguments: argparse.Namespace, scene: SceneMesh) -> tuple[NavMesh, str]:
@@ -134,27 +140,31 @@ def _open_navmesh(arguments: argparse.Namespace, scene: SceneMesh) -> tuple[NavM
 def _check(arguments: argparse.Namespace) -> int:
     import json
 
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
+    from prnav.cli._progress import LineProgress
     from prnav.episodes.check_files import CheckLimits, check_tasks, find_tasks
     from prnav.files import check_writable, write_text
     from prnav.version import __version__
 
     if arguments.json is not None:
         check_writable(arguments.json)
-    limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers)
+    limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers, arguments.data_root)
     tasks = find_tasks(arguments.folder, arguments.data)
     console = Screen(stderr=True)
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+    with LineProgress(*columns, console=console) as bars:
         task = bars.add_task("", total=len(tasks))
 
         def show(report: Report) -> None:
             bars.update(task, advance=1, description=report.path)
             if report.problem is not None:
                 print(f"broken  {report.path}: {report.problem}")
-            elif any("not here" in note for note in report.notes):
+            elif report.warnings and report.kind == "episodes":
                 print(f"note    {report.path}: {'; '.join(report.notes)}")
+            else:
+                for warning in report.warnings:
+                    print(f"note    {report.path}: {warning}")
 
         reports = check_tasks(tasks, arguments.folder, arguments.data, limits, show)
     summary = _summary(reports)
@@ -225,7 +235,11 @@ def _generate(arguments: argparse.Namespace) -> None:
 
 
 def _info(arguments: argparse.Namespace) -> None:
-    scene = _open(arguments)
+    from prnav.navmesh.extent import extent_doubts
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneNote)  # printed below
+        scene = _open(arguments)
     low, high = scene.bounds
     size = " x ".join(f"{value:.2f}" for value in high - low)
     texels = scene.atlas.texels.nbytes
@@ -234,12 +248,28 @@ def _info(arguments: argparse.Namespace) -> None:
     print(f"triangles  {len(scene.faces):,} ({len(scene.vertices):,} vertices)")
     print(f"size       {size} m (x, y, z), from ({', '.join(f'{value:.2f}' for value in low)})")
     print(f"textures   {scene.atlas.num_textures - 1}, {texels:,} bytes ({texels / 1e6:.1f} MB) with mip levels")
+    notes = [*scene.notes, *extent_doubts(scene)]
+    for note in notes:
+        print(f"note       {note}")
     _info_plan(arguments.scene)
+    facts: dict[str, Any] = {
+        "name": scene.name,
+        "sha256": scene.hash,
+        "triangles": len(scene.faces),
+        "vertices": len(scene.vertices),
+        "bounds": scene.bounds.tolist(),
+        "textures": scene.atlas.num_textures - 1,
+        "notes": notes,
+        "walkable": None,
+    }
     try:
         navmesh, origin = _open_navmesh(arguments, scene)
     except NavMeshError as error:
         print(f"walkable   nothing: {error}")
+        _write_json(arguments.json, facts | {"problem": str(error)})
         return
+    facts["walkable"] = [island.area for island in navmesh.islands]
+    _write_json(arguments.json, facts | {"navmesh": origin})
     areas = sorted((island.area for island in navmesh.islands), reverse=True)
     share = 100.0 * areas[0] / sum(areas)
     print(f"floors at  {', '.join(f'{level:.1f}' for level in floor_levels(navmesh))} m")
@@ -247,6 +277,15 @@ def _info(arguments: argparse.Namespace) -> None:
     print(f"navmesh    {origin}")
     if len(areas) > 1:
         print(f"islands    {', '.join(f'{area:.1f}' for area in areas[:8])}{' ...' if len(areas) > 8 else ''} m2")
+
+
+def _write_json(path: Path | None, facts: dict[str, Any]) -> None:
+    import json
+
+    from prnav.files import write_text
+
+    if path is not None:
+        write_text(path, json.dumps(facts, indent=1) + "\n")
 
 
 def _info_plan(name: str) -> None:

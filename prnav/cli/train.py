@@ -63,9 +63,9 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
     where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
     data = p.add_argument_group("data")
-    data.add_argument("--episodes", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
+    data.add_argument("--episodes-file", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
-    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes are")
+    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes-file are")
     data.add_argument("--scene", metavar="FILE", action="append", help="mesh that the episodes name (repeatable)")
     data.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     return p
@@ -134,7 +134,7 @@ def configure(options: argparse.Namespace) -> TrainConfig:
         if value is not None:
             settings.append(f"{key}={value}")
     for key, text in (
-        ("env.episodes", options.episodes),
+        ("env.episodes", options.episodes_file),
         ("env.episode_split", options.split),
         ("env.data", options.data),
         ("env.data_root", options.data_root),

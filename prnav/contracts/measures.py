@@ -28,6 +28,8 @@ MEASURES: tuple[Measure, ...] = (
     Measure("path_length", "Path length", "m", 2, 0),
     Measure("steps", "Steps", "", 1, 0),
     Measure("reward", "Reward", "", 2, +1),
+    Measure("return", "Return", "", 1, +1),
+    Measure("diverged", "Diverged", "", 4, -1),
 )
 """Measures that are reported where records have them, in this order."""
 

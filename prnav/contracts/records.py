@@ -116,7 +116,7 @@ def pick_pairs(rows: Sequence[Mapping[str, Any]], others: Sequence[Mapping[str, 
 
 
 def _score(row: Mapping[str, Any]) -> tuple[float, float]:
-    main = next((row[name] for name in ("spl", "success", "reward") if row.get(name) is not None), 0.0)
+    main = next((row[name] for name in ("spl", "success", "return", "reward") if row.get(name) is not None), 0.0)
     return float(main), round(float(row.get("soft_spl", 0.0)), 3)
 
 

@@ -26,9 +26,11 @@ from prnav.errors import EpisodeError, PrnavError
 from prnav.files import held_folder
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
+from prnav.navmesh.cover import indoor_floors
 from prnav.processes import deaf_children, end_processes, worker_process
 from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
+from prnav.scene.library import is_built_in
 
 Progress = Callable[[str, int], object]
 """Called with a scene's id and how many more of its episodes are there."""
@@ -45,6 +47,7 @@ class BulkConfig:
     navmesh_files: bool = True  #: take the navmesh beside a data set's scene where there is one
     navmesh: NavMeshSettings = NavMeshSettings()
     limits: GenerationConfig = GenerationConfig()
+    root: str | None = None  #: folder that pictures of mesh files may be in
 
 
 class Written(NamedTuple):
@@ -135,7 +138,7 @@ Note = Callable[[str, str, Any], object]
 def _draw(job: Job, config: BulkConfig, note: Note) -> None:
     """Write one scene's file, unless it is there."""
     scene_id, source, file = job
-    scene = load_scene(source, config.up)
+    scene = load_scene(source, config.up, root=config.root)
     header = _header(config, {scene_id: scene.hash}, {scene_id: _origin(source, config)})
     header["prnav"] |= {"builder": BUILDER_VERSION, "per_scene": config.per_scene}
     header["prnav"]["limits"] = dataclasses.asdict(config.limits)
@@ -146,9 +149,11 @@ def _draw(job: Job, config: BulkConfig, note: Note) -> None:
             navmesh, _ = scene_navmesh(source, scene, config.navmesh, config.navmesh_files)
         else:
             navmesh = load_navmesh(scene, config.navmesh)
+        built_in = isinstance(source, str) and is_built_in(source)
+        floors = None if built_in or config.limits.roofs else indoor_floors(navmesh, scene)
 
         def records() -> Iterator[str]:
-            for table in generate_chunks(navmesh, scene_id, config.per_scene, config.seed, config.limits):
+            for table in generate_chunks(navmesh, scene_id, config.per_scene, config.seed, config.limits, floors):
                 yield from table.to_json()
                 note("drawn", scene_id, len(table))
 

@@ -56,7 +56,8 @@ class Report:
     kind: Kind
     path: str  #: relative to the folder
     problem: str | None  #: why it does not work; None where it does
-    notes: tuple[str, ...] = ()  #: what else is worth knowing
+    notes: tuple[str, ...] = ()  #: what else is worth knowing, the warnings among it
+    warnings: tuple[str, ...] = ()  #: what was not found, left out, or looks wrong
     seconds: float = 0.0
 
     def to_record(self) -> dict[str, Any]:
@@ -71,6 +72,7 @@ class CheckLimits:
     seconds: float = 300.0
     memory_gb: float = 4.0
     workers: int = 1
+    root: str | None = None  #: folder that pictures of meshes may be in, above their own
 
     def __post_init__(self) -> None:
         if self.seconds <= 0 or self.memory_gb < 0.5 or self.workers < 1:
@@ -194,13 +196,13 @@ class _Worker:
 
     def run(self, task: Task) -> Report:
         start = time.monotonic()
-        request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id}
+        request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id, "root": self.limits.root}
         answer = self._ask(json.dumps(request).encode() + b"\n")
         relative = os.path.relpath(task.path, self.folder)
-        problem, notes = answer.get("problem"), tuple(answer.get("notes", ()))
+        problem, notes, warnings = answer.get("problem"), tuple(answer.get("notes", ())), answer.get("warnings", ())
         if problem is not None:
             problem = _short(problem, task.path)
-        return Report(task.kind, relative, problem, notes, round(time.monotonic() - start, 3))
+        return Report(task.kind, relative, problem, notes, tuple(warnings), round(time.monotonic() - start, 3))
 
     def _ask(self, request: bytes) -> dict[str, Any]:
         if self._process is None or self._process.poll() is not None:

@@ -292,7 +292,10 @@ def load_navmesh(scene: SceneMesh, settings: NavMeshSettings = NavMeshSettings()
 def _build(scene: SceneMesh, settings: NavMeshSettings) -> PolyMesh:
     from prnav.navmesh.build import build_polygons
 
-    mesh = build_polygons(scene.vertices, scene.faces, settings)
+    try:
+        mesh = build_polygons(scene.vertices, scene.faces, settings)
+    except NavMeshError as error:
+        raise NavMeshError(f"scene {scene.name}: {str(error).removeprefix('navmesh: ')}") from error
     if not mesh.num_polygons:
         raise NavMeshError(
             f"scene {scene.name}: no floor that a body of radius {settings.agent_radius} m and height "

@@ -118,7 +118,7 @@ def move(
     """Where moves end (N, 3) and whether something was in the way (N,).
 
     As in Habitat, a start with no floor in reach stays where it is, and so does one that meets a wall while its
-    wanted end lies nearest to another island.
+    wanted end lies nearest to another island, and without sliding one beside the floor whose way leads off it.
     """
     origins, polygons = find(surface, scenes, starts)
     positions = starts.copy()
@@ -133,6 +133,12 @@ def move(
         rows = rows[~stuck]
         if sliding:
             step.slide(surface, rows, polygons, origins, ends, positions, last)
+        else:
+            # off the floor and blocked at its border: no way leads on, and the agent is not put onto the floor either
+            beside = _apart(starts[rows], origins[rows]) > TOUCH
+            held = rows[beside & (_apart(positions[rows], origins[rows]) <= TOUCH)]
+            positions[held], last[held] = starts[held], -1
+            rows = rows[last[rows] >= 0]
         locate.place_on_floor(surface, last, positions)
         _, found = find(surface, scenes[rows], positions[rows])
         again = np.full(len(starts), -1, np.int32)
@@ -142,3 +148,8 @@ def move(
     wanted, moved = ends - starts, positions - starts
     collided = np.einsum("ij,ij->i", moved, moved) + COLLISION < np.einsum("ij,ij->i", wanted, wanted)
     return positions, collided
+
+
+def _apart(a: Floats, b: Floats) -> Floats:
+    """Distance of points (N, 3) in the ground plane, (N,)."""
+    return np.hypot(a[:, 0] - b[:, 0], a[:, 2] - b[:, 2])

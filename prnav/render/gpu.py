@@ -45,6 +45,20 @@ def load_warp(device: str) -> tuple[Any, Any]:
     """
     if importlib.util.find_spec("warp") is None:
         raise RenderError('engine "warp" needs the package warp-lang; pip install "prnav[gpu]"')
+    wp = _warp()
+    names = [d.alias for d in wp.get_devices()]
+    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
+        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
+    return wp, wp.get_device(device)
+
+
+def finds_cuda() -> bool:
+    """Whether Warp is installed and finds a GPU."""
+    return importlib.util.find_spec("warp") is not None and bool(_warp().is_cuda_available())
+
+
+def _warp() -> Any:
+    """The warp module, ready for use."""
     ours = "warp" not in sys.modules
     import warp as wp
 
@@ -52,10 +66,7 @@ def load_warp(device: str) -> tuple[Any, Any]:
         wp.config.log_level = wp.LOG_WARNING
         wp.config.kernel_cache_dir = str(cache_dir() / "warp")
     wp.init()
-    names = [d.alias for d in wp.get_devices()]
-    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
-        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
-    return wp, wp.get_device(device)
+    return wp
 
 
 class WarpEngine:

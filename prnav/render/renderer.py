@@ -66,7 +66,7 @@ class Renderer:
 
         Args:
             scenes: what agents can be in.
-            device: "cpu", "cuda" or "cuda:N".
+            device: "cpu", "cuda", "cuda:N", or "auto": a GPU where there is one and the engine can use it, else "cpu".
             engine: "auto" (the fastest on the device: "embree" on the CPU, "warp" on CUDA) or a key of
                 :data:`ENGINES`.
             rays_per_receptor: a square number; sets the cost and the error of readings.
@@ -83,9 +83,11 @@ class Renderer:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
                 no square, an unknown pattern or acceptance, a colour outside 0..1, or a budget that is not positive.
         """
+        if device == "auto":
+            device = "cuda" if engine in ("auto", "warp") and cuda_available() else "cpu"
         cuda = re.fullmatch(r"cuda(:\d+)?", device) is not None
         if not cuda and device != "cpu":
-            raise RenderError(f'device {device!r} is not known; valid: "cpu", "cuda", "cuda:N"')
+            raise RenderError(f'device {device!r} is not known; valid: "cpu", "cuda", "cuda:N", "auto"')
         if engine != "auto" and engine not in ENGINES:
             raise RenderError(f"engine {engine!r} is not known; valid: auto, {', '.join(ENGINES)}")
         if cuda and engine not in ("auto", "warp"):
@@ -98,6 +100,8 @@ class Renderer:
         self.rays_per_receptor = rays_per_receptor
         self._scenes = scenes
         self._arguments = (device, engine, rays_per_receptor, background, pattern, sphere_color, memory_gb, acceptance)
+        self.device = device
+        """"cpu", "cuda" or "cuda:N"."""
         self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern, acceptance)
         self._pixel = Sampling(1, pattern)
         self._scene_count = len(scenes)
@@ -271,6 +275,13 @@ class Renderer:
             bad = int(scenes[(scenes < 0) | (scenes >= self._scene_count)][0])
             raise RenderError(f"scene id {bad} does not exist; valid: 0 to {self._scene_count - 1}")
         return np.repeat(scenes.astype(np.int64), sensors), views, (agents, sensors)
+
+
+def cuda_available() -> bool:
+    """Whether the package for engine "warp" is installed and finds a GPU."""
+    from prnav.render.gpu import finds_cuda
+
+    return finds_cuda()
 
 
 def _count(name: str, value: int) -> int:

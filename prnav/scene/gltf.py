@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from prnav.errors import SceneError
 from prnav.scene import decoders
 from prnav.scene.allowance import Allowance
-from prnav.scene.source import MeshSource, decode_data_uri, parse_json, split_glb
+from prnav.scene.glb import decode_data_uri, is_data_uri, parse_json, split_glb
+from prnav.scene.source import MeshSource
 
 _COMPONENTS: dict[int, type[Any]] = {
     5120: np.int8,
@@ -28,7 +29,7 @@ _COMPONENTS: dict[int, type[Any]] = {
 }
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
-_READ = {
+READ = {
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "EXT_texture_webp",
@@ -165,8 +166,8 @@ class GltfFile:
         except ValueError as error:
             self.fail(f"the Draco data of {name} cannot be decoded ({error})")
 
-    def image_bytes(self, index: Any, user: str) -> bytes | memoryview:
-        """The encoded image number ``index``."""
+    def image_bytes(self, index: Any, user: str) -> bytes | memoryview | None:
+        """The encoded image number ``index``; None where it is a file that is not there."""
         entry = self.item("images", index, user)
         name = f"images[{index}]"
         if "bufferView" in entry:
@@ -175,6 +176,8 @@ class GltfFile:
         uri = entry.get("uri")
         if not isinstance(uri, str):
             self.fail(f"{name} has neither a bufferView nor a uri")
+        if not is_data_uri(uri) and urllib.parse.unquote(uri) not in self._side:
+            return None
         return self._uri(uri, name)
 
     def _check_version(self) -> None:
@@ -185,7 +188,7 @@ class GltfFile:
         if not isinstance(required, list):
             self.fail("'extensionsRequired' is not a list")
         for name in map(str, required):
-            known = name in _READ or name.startswith("KHR_materials_")
+            known = name in READ or name.startswith("KHR_materials_")
             if not known and not decoders.available(name):
                 self.refuse_extension(name)
 
@@ -265,7 +268,7 @@ class GltfFile:
         return self._buffers[index]
 
     def _uri(self, uri: str, name: str) -> bytes:
-        if uri.startswith("data:"):
+        if is_data_uri(uri):
             return decode_data_uri(self.path, uri)
         data = self._side.get(urllib.parse.unquote(uri))
         if data is None:

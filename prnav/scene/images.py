@@ -51,6 +51,11 @@ class EncodedImage:
     data: bytes | memoryview
     where: str
 
+    @property
+    def alteration(self) -> bytes:
+        """What is done to the texels, so that two images of the same data are told apart; nothing here."""
+        return b""
+
     @cached_property
     def size(self) -> tuple[int, int]:
         """Width and height in pixels, read from the header.
@@ -77,7 +82,7 @@ class EncodedImage:
         if decoders.is_basis(self.data):
             self._bounded(size)
             try:
-                return _texels(np.asarray(decoders.decode_basis(self.data)), size, factor)
+                return reduced_texels(np.asarray(decoders.decode_basis(self.data)), size, factor)
             except ValueError as error:
                 raise self._broken_basis(error) from error
         try:
@@ -88,7 +93,7 @@ class EncodedImage:
                 factor //= max(1, round(size[0] / image.size[0]))
             self._bounded(image.size)
             image.load()
-            return _texels(image, image.size, factor)
+            return reduced_texels(image, image.size, factor)
         except Image.DecompressionBombError as error:
             raise self._too_big(error) from error
         except _PIL_ERRORS as error:
@@ -147,7 +152,7 @@ def reduction(size: tuple[int, int], max_texture_size: int) -> int:
     return factor
 
 
-def _texels(image: Image.Image | NDArray[np.uint8], size: tuple[int, int], factor: int) -> NDArray[np.uint8]:
+def reduced_texels(image: Image.Image | NDArray[np.uint8], size: tuple[int, int], factor: int) -> NDArray[np.uint8]:
     """RGBA texels of a decoded image of a size (width, height), strip by strip."""
     width, height = size
     texels = np.empty((-(-height // factor), -(-width // factor), 4), np.uint8)

@@ -9,6 +9,7 @@ from prnav.sensors.design import (
     Design,
     DesignSpace,
     Link,
+    Seat,
     check_poses,
 )
 from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
@@ -40,6 +41,7 @@ __all__ = [
     "PhotoreceptorConfig",
     "Photoreceptors",
     "Readout",
+    "Seat",
     "Surface",
     "check_poses",
     "compass",

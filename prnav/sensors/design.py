@@ -115,6 +115,16 @@ class Link:
 
 
 @dataclass(frozen=True, eq=False)
+class Seat:
+    """One of an agent's bodies that a sensor can sit on."""
+
+    body: str
+    """Its name, as design files give it."""
+    surface: Surface
+    """Its surface, in the frame that the sensor's pose is given in."""
+
+
+@dataclass(frozen=True, eq=False)
 class Design:
     """Sensors on a body. Positions within :data:`SURFACE_TOLERANCE` of the surface are moved exactly onto it.
 
@@ -136,6 +146,10 @@ class Design:
     """Axes along which each sensor does not move, beside those that the space freezes; empty for none."""
     links: tuple[Link, ...] = ()
     """Sensors that follow others."""
+    seats: tuple[Seat, ...] = ()
+    """Where each sensor sits, if the agent's body is made of several; empty for all on ``body``."""
+    model: str = ""
+    """The model whose bodies the seats are."""
 
     def __post_init__(self) -> None:
         sensors = np.array(self.sensors, dtype=np.float64)
@@ -144,8 +158,14 @@ class Design:
             raise DesignError(f"{where}: grid is {self.grid!r}; it must be a whole number of at least 1")
         if sensors.ndim != 2 or sensors.shape[1] != 7 or not len(sensors):
             raise DesignError(f"{where}: sensors have shape {sensors.shape}; they must be (K, 7): {', '.join(AXES)}")
-        check_poses(sensors, self.body, where, self.space)
-        sensors[:, :3] = self.body.project(sensors[:, :3])
+        if self.seats:
+            _check_seats(self.seats, sensors, self.links, where)
+            for index, (row, seat) in enumerate(zip(sensors, self.seats, strict=True)):
+                check_poses(row, seat.surface, where, self.space, first=index)
+                row[:3] = seat.surface.project(row[:3])
+        else:
+            check_poses(sensors, self.body, where, self.space)
+            sensors[:, :3] = self.body.project(sensors[:, :3])
         if self.frozen and len(self.frozen) != len(sensors):
             raise DesignError(
                 f"{where}: frozen names axes of {len(self.frozen)} sensors; the design has {len(sensors)}"
@@ -160,6 +180,10 @@ class Design:
     def num_sensors(self) -> int:
         """Number of sensors K."""
         return len(self.sensors)
+
+    def surface(self, sensor: int) -> Surface:
+        """What a sensor sits on and moves over."""
+        return self.seats[sensor].surface if self.seats else self.body
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -182,8 +206,12 @@ class Design:
         return self
 
 
-def check_poses(poses: ArrayLike, body: Surface, where: str = "design", space: DesignSpace | None = None) -> None:
+def check_poses(
+    poses: ArrayLike, body: Surface, where: str = "design", space: DesignSpace | None = None, first: int = 0
+) -> None:
     """Pass if every pose (..., 7) is a sensor on the body and within the limits of its space.
+
+    ``first`` is the number by which errors call the first sensor.
 
     Raises:
         DesignError: the first sensor that is not, and why.
@@ -192,7 +220,9 @@ def check_poses(poses: ArrayLike, body: Surface, where: str = "design", space: D
     for index, row in enumerate(rows):
         if not np.isfinite(row).all():
             axis = AXES[int(np.argmin(np.isfinite(row)))]
-            raise DesignError(f"{where}: sensor {index}: {axis} is {row[AXES.index(axis)]}; it must be a finite number")
+            raise DesignError(
+                f"{where}: sensor {first + index}: {axis} is {row[AXES.index(axis)]}; it must be a finite number"
+            )
     off = np.flatnonzero(body.distance(rows[:, :3]) > SURFACE_TOLERANCE)
     if len(off):
         index = int(off[0])
@@ -200,15 +230,15 @@ def check_poses(poses: ArrayLike, body: Surface, where: str = "design", space: D
         nearest = body.project(point)
         side = "inside" if body.contains(point) else "off"
         raise DesignError(
-            f"{where}: sensor {index}: position {_metres(point)} lies {side} the body ({body.shape}); the nearest "
-            f"place on its surface is {_metres(nearest)}"
+            f"{where}: sensor {first + index}: position {_metres(point)} lies {side} the body ({body.shape}); the "
+            f"nearest place on its surface is {_metres(nearest)}"
         )
     space = space or DesignSpace()
     for index, row in enumerate(rows):
         for axis, value, low, high in zip(AXES, row, space.low, space.high, strict=True):
             if not low - 1e-9 <= value <= high + 1e-9:
                 raise DesignError(
-                    f"{where}: sensor {index}: {axis} is {_quantity(axis, value)}; it must lie within "
+                    f"{where}: sensor {first + index}: {axis} is {_quantity(axis, value)}; it must lie within "
                     f"{_number(axis, low)} to {_number(axis, high)}"
                 )
 
@@ -219,6 +249,16 @@ def _check_axes(axes: tuple[str, ...], what: str) -> None:
             raise DesignError(f"{what}: {axis!r} is not an axis; valid: {', '.join(AXES)}")
     if len(set(axes)) != len(axes):
         raise DesignError(f"{what}: {', '.join(axes)}: an axis stands there twice")
+
+
+def _check_seats(seats: tuple[Seat, ...], sensors: Float64, links: tuple[Link, ...], where: str) -> None:
+    if len(seats) != len(sensors):
+        raise DesignError(f"{where}: seats name bodies of {len(seats)} sensors; the design has {len(sensors)}")
+    if links:
+        raise DesignError(
+            f"{where}: sensor {links[0].follower}: mirror_of and tied_to need one body with an axis; they are not for "
+            f"sensors on named bodies"
+        )
 
 
 def _check_links(links: tuple[Link, ...], sensors: Float64, where: str) -> None:

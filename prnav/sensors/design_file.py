@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,12 +16,13 @@ from prnav.errors import ConfigError, DesignError
 from prnav.files import resolve_inside, write_text
 from prnav.resources import resource
 from prnav.sensors.body import Body, Surface
-from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link
+from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link, Seat
 from prnav.sensors.mesh_body import load_mesh_body
 
 
 @dataclass(frozen=True)
 class _SensorTable:
+    body: str = ""
     position: tuple[float, float, float] | None = None
     yaw_deg: float = 0.0
     pitch_deg: float = 0.0
@@ -36,6 +38,7 @@ class _BodyTable:
     radius: float = Body.radius
     height: float = Body.height
     mesh: str | None = None
+    model: str = ""
 
 
 @dataclass(frozen=True)
@@ -73,34 +76,40 @@ class _DesignTable:
     space: _SpaceTable = field(default_factory=_SpaceTable)
 
 
-def library_designs() -> list[str]:
-    """Names of the designs that travel with the package."""
-    return sorted(path.stem for path in resource("configs", "designs").glob("*.toml"))
+def library_designs(model: str = "") -> list[str]:
+    """Names of the designs that travel with the package: for the cylinder, or for the named model's bodies."""
+    paths = sorted(resource("configs", "designs").glob("*.toml"))
+    return [path.stem for path in paths if load_config(_DesignTable, path).body.model == model]
 
 
-def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
+def design_model(path_or_name: str | Path) -> str:
+    """The model on whose bodies a design's sensors sit; empty for one body that the design itself describes.
+
+    Raises:
+        DesignError: as :func:`load_design`.
+    """
+    return _read_table(path_or_name)[0].body.model
+
+
+def load_design(
+    path_or_name: str | Path, sensors: int | None = None, bodies: Mapping[str, Surface] | None = None
+) -> Design:
     """Design from a TOML file, or from the library by name. Photoreceptor grids and cameras share the format.
 
     Args:
-        path_or_name: a path, or a name of :func:`library_designs`; what ends in ``.toml`` is a path.
+        path_or_name: a path, or a name of the library; what ends in ``.toml`` is a path.
         sensors: number of sensors that the design must have, if given.
+        bodies: surfaces that sensors can sit on, by the names that the file's sensors give; needed where it names a
+            model.
 
     Raises:
         DesignError: no such file or name, a broken file, or a design that its body, its limits or ``sensors`` refuse.
     """
-    path = Path(path_or_name)
-    if path.suffix != ".toml":
-        if str(path_or_name) not in library_designs():
-            raise DesignError(
-                f"design {str(path_or_name)!r} is not in the library; valid: {', '.join(library_designs())}, or the "
-                f"path of a .toml file"
-            )
-        path = resource("configs", "designs", f"{path_or_name}.toml")
+    table, path = _read_table(path_or_name)
+    if table.body.model and bodies is None:
+        raise DesignError(f"{path}: design {table.name} is for the bodies of {table.body.model!r}, which are not here")
     try:
-        table = load_config(_DesignTable, path)
-        design = _design(table, path)
-    except ConfigError as error:
-        raise DesignError(str(error)) from error
+        design = _design(table, path, bodies)
     except DesignError as error:
         raise DesignError(f"{path}: {error}") from error
     if sensors is not None and design.num_sensors != sensors:
@@ -108,7 +117,24 @@ def load_design(path_or_name: str | Path, sensors: int | None = None) -> Design:
     return design
 
 
-def _design(table: _DesignTable, path: Path) -> Design:
+def _read_table(path_or_name: str | Path) -> tuple[_DesignTable, Path]:
+    path = Path(path_or_name)
+    if path.suffix != ".toml":
+        folder = resource("configs", "designs")
+        names = sorted(file.stem for file in folder.glob("*.toml"))
+        if str(path_or_name) not in names:
+            raise DesignError(
+                f"design {str(path_or_name)!r} is not in the library; valid: {', '.join(names)}, or the path of a "
+                f".toml file"
+            )
+        path = folder / f"{path_or_name}.toml"
+    try:
+        return load_config(_DesignTable, path), path
+    except ConfigError as error:
+        raise DesignError(str(error)) from error
+
+
+def _design(table: _DesignTable, path: Path, bodies: Mapping[str, Surface] | None) -> Design:
     rows: list[list[float]] = []
     links: list[Link] = []
     for index, sensor in enumerate(table.sensors):
@@ -138,7 +164,24 @@ def _design(table: _DesignTable, path: Path) -> Design:
         table.description,
         frozen if any(frozen) else (),
         tuple(links),
+        _seats(table, bodies),
+        table.body.model,
     )
+
+
+def _seats(table: _DesignTable, bodies: Mapping[str, Surface] | None) -> tuple[Seat, ...]:
+    if not bodies:
+        for index, sensor in enumerate(table.sensors):
+            if sensor.body:
+                raise DesignError(
+                    f"sensor {index}: it names body {sensor.body!r}, but the design is for a single one; leave it out, "
+                    f"or name a model under [body]"
+                )
+        return ()
+    for index, sensor in enumerate(table.sensors):
+        if sensor.body not in bodies:
+            raise DesignError(f"sensor {index}: body {sensor.body!r} is not known; valid: {', '.join(bodies)}")
+    return tuple(Seat(sensor.body, bodies[sensor.body]) for sensor in table.sensors)
 
 
 def _body(table: _BodyTable, path: Path) -> Surface:
@@ -194,6 +237,7 @@ def design_to_toml(design: Design) -> str:
         lines += [
             "",
             "[[sensors]]",
+            *([f"body = {json.dumps(design.seats[index].body)}"] if design.seats else []),
             "position = [" + ", ".join(_number(value) for value in row[:3]) + "]",
             *(f"{axis}_deg = {_degrees(value)}" for axis, value in zip(AXES[3:], row[3:], strict=True)),
         ]
@@ -205,6 +249,8 @@ def design_to_toml(design: Design) -> str:
 
 
 def _body_lines(design: Design) -> list[str]:
+    if design.seats:
+        return [f"model = {json.dumps(design.model)}"]
     if isinstance(design.body, Body):
         return [f"radius = {design.body.radius!r}", f"height = {design.body.height!r}"]
     file = getattr(design.body, "file", "")

@@ -45,7 +45,7 @@ def theta_to_pose(theta: ArrayLike, design: Design) -> Float64:
     for sensor in range(design.num_sensors):
         held = _held(design, sensor)
         start, pushes = design.sensors[sensor, :3], space.scale[:3] * theta[..., sensor, :3]
-        pose[..., sensor, :3] = _within(design.body, start, pushes, held, space)
+        pose[..., sensor, :3] = _within(design.surface(sensor), start, pushes, held, space)
     pose[..., 3:] = np.clip(pose[..., 3:], space.low[3:], space.high[3:])
     for link in design.links:
         if link.mirrored:  # exactly, whatever rounding did
@@ -63,7 +63,9 @@ def pose_to_theta(pose: ArrayLike, design: Design) -> Float64:
     """
     pose = _check_shape(pose, design, "pose")
     change = pose - design.sensors
-    change[..., :3] = design.body.push(design.sensors[:, :3], pose[..., :3])
+    for sensor in range(design.num_sensors):
+        place, surface = design.sensors[sensor, :3], design.surface(sensor)
+        change[..., sensor, :3] = surface.push(place, pose[..., sensor, :3])
     return change / design.space.scale
 
 
@@ -114,6 +116,8 @@ def moved_design(design: Design, theta: ArrayLike, name: str, description: str =
         description or design.description,
         design.frozen,
         design.links,
+        design.seats,
+        design.model,
     )
 
 

@@ -77,8 +77,8 @@ def load_world(
         if progress is not None:
             progress(done, len(scene_ids), scene_id)
         if scene_set is None or is_built_in(scene_id):
-            found = resolve_scene(scene_id, data_root, scene_files)
-            scene = load_scene(found, up, limits.max_texture_size, limits.texture_budget)
+            found = resolve_scene(scene_id, data_root, scene_files, only=len(scene_ids) == 1)
+            scene = load_scene(found, up, limits.max_texture_size, limits.texture_budget, data_root)
             navmesh, origin = load_navmesh(scene, settings), "built"
         else:
             place = scene_set.scene(scene_id)

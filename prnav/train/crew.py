@@ -8,7 +8,6 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
 from prnav.train.checkpoint import check_like
+from prnav.train.machine import one_core_threads
 from prnav.train.progress import Progress
 from prnav.train.rollout import Collector, Rollout
 
@@ -49,7 +49,7 @@ class Crew:
         ]
         self.generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, rank])))
         workers = min(threads, len(groups))
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="collector") if workers > 1 else None
+        self._pool = one_core_threads(workers, "collector") if workers > 1 else None
 
     def collect(
         self, rollout: Rollout, expert_share: float | None = None, waited_for: Callable[[], bool] | None = None

@@ -94,6 +94,7 @@ class Trainer:
         self.best: dict[str, float] = {}
         self.sanity = Sanity(self.policy.head)
         self._facts = self._describe(specs, data or {})
+        self._begun = False
         self._load_validation = validation
         self._validation: Validation | None = None
 
@@ -112,9 +113,11 @@ class Trainer:
         else:
             workers.on_first(lambda: folder.start(self.config, self._facts))
             self.save()
+        self._begun = True
 
     def train(self) -> str | None:
         """Train to the end of the budget, or until a signal asks to stop: its name, else None."""
+        assert self._begun, "Trainer.train: call begin() first, which starts the run or resumes it"
         with StopRequest() as stop, self._board() as board:
             while self.step < self.config.total_steps and not self._agree(stop.name):
                 began = time.perf_counter()

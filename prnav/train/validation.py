@@ -13,7 +13,7 @@ from prnav.play import Observer, Outcomes, TraceRecorder, play
 from prnav.play.policy_agent import PolicyAgent
 from prnav.policy import Policy
 
-SCORES = ("spl", "success", "reward")
+SCORES = ("spl", "success", "return", "reward")
 """Measures by which policies are ranked: the first one that the task has."""
 
 

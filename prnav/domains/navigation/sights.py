@@ -28,7 +28,7 @@ def record_sights(evaluation: Evaluation, traces: Sequence[Trace], slots: Naviga
     An agent without light leaves no such file.
     """
     path = evaluation.directory / SIGHTS
-    if slots.renderer is None:
+    if slots.light is None:
         path.unlink(missing_ok=True)
         return
     index = {episode: row for row, episode in enumerate(slots.source.ids)}
@@ -40,9 +40,8 @@ def record_sights(evaluation: Evaluation, traces: Sequence[Trace], slots: Naviga
         parts = []
         for begin in range(0, len(track["positions"]), _CHUNK):
             part = slice(begin, begin + _CHUNK)
-            count = len(track["positions"][part])
-            poses = np.repeat(slots.poses[:1], count, axis=0)
-            seen = slots.read(np.full(count, episode), track["positions"][part], track["yaws"][part], poses)
+            steps = np.arange(begin, begin + len(track["positions"][part]))
+            seen = slots.readings_along(episode, track["positions"][part], track["yaws"][part], steps)
             parts.append(np.round(255.0 * seen).astype(np.uint8))
         arrays[f"readings_{row}"] = np.concatenate(parts)
     with atomic_path(path) as temporary, open(temporary, "wb") as file:

@@ -1,0 +1,1 @@
+"""Continuous control: bodies, physics, light and tasks of the DeepMind Control Suite, seen through photoreceptors."""
