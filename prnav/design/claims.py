@@ -4,57 +4,61 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 
 class TrialClaims:
-    """Which trials of a study somebody is at: a lock on one byte of a file each, which goes with the process."""
+    """Which trials of a study somebody is at: a locked file each, whose lock goes with its holder."""
 
-    def __init__(self, path: Path) -> None:
-        """Claims in a file beside the study; made where it is missing."""
-        self._file = open(path, "a+b")  # noqa: SIM115 (as long as the study is worked on; closing drops all locks)
+    def __init__(self, folder: Path) -> None:
+        """Claims in a folder beside the study; made where it is missing."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self._held: dict[int, IO[str]] = {}
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Context in which no other process takes trials."""
-        self._lock(_TABLE, wait=True)
-        try:
+        """Context in which nobody else takes trials."""
+        with open(self._folder / ".all", "w") as lock:
+            _lock(lock, wait=True)
             yield
-        finally:
-            self._unlock(_TABLE)
 
     def take(self, number: int) -> bool:
-        """Claim a trial; False where another process is at it."""
-        return self._lock(number, wait=False)
+        """Claim a trial; False where somebody is at it."""
+        file = open(self._folder / str(number), "w")  # noqa: SIM115 (held until it is let go)
+        if not _lock(file, wait=False):
+            file.close()
+            return False
+        self._held[number] = file
+        return True
 
     def let_go(self, number: int) -> None:
         """Give a trial back, whether it is done or not."""
-        self._unlock(number)
+        (self._folder / str(number)).unlink(missing_ok=True)
+        self._held.pop(number).close()
 
     def close(self) -> None:
-        """Give all back."""
-        self._file.close()
+        """Give all back, and leave nothing where nobody else is at the study."""
+        for number in list(self._held):
+            self.let_go(number)
+        with suppress(OSError):
+            if not any(path.name != ".all" for path in self._folder.iterdir()):
+                (self._folder / ".all").unlink(missing_ok=True)
+                self._folder.rmdir()
 
-    def _lock(self, byte: int, wait: bool) -> bool:
-        if sys.platform == "win32":
-            return True
-        import fcntl
 
-        try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
-        except OSError:
-            return False
+def _lock(file: IO[str], wait: bool) -> bool:
+    if sys.platform == "win32":  # no advisory locks: one process at a time
         return True
+    import fcntl
 
-    def _unlock(self, byte: int) -> None:
-        if sys.platform != "win32":
-            import fcntl
-
-            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, byte)
-
-
-_TABLE = 1 << 40  #: byte that is locked while trials are taken
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 @contextmanager
