@@ -166,7 +166,7 @@ def test_a_thousand_mutations(readers, kind):
     if not files[kind].exists():
         pytest.skip(f"this run has no {files[kind].name}")
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    drawn = 50 if kind in ("header", "records", "traces", "maps", "sights", "metrics", "facts") else 0
+    drawn = 250 if kind in ("header", "records", "traces", "maps", "sights", "metrics", "facts") else 0
     refused = attack(files, uses, page, kind, 1000, drawn, seed=1)
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     sys.stdout.write(f"{kind}: 1000 mutations, {refused} refusals, {grown:.0f} MB more\n")
