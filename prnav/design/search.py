@@ -151,6 +151,9 @@ def _abandoned(optuna: Untyped, study: Untyped, space: Mapping[str, JSON], claim
         return None
     for frozen in study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.RUNNING,)):
         if claims.take(frozen.number):
+            if study.get_trials(deepcopy=False)[frozen.number].state != optuna.trial.TrialState.RUNNING:
+                claims.let_go(frozen.number)  # its holder was done in between
+                continue
             trial = optuna.trial.Trial(study, frozen._trial_id)
             for key, distribution in space.items():
                 trial.suggest_float(key, distribution.low, distribution.high)

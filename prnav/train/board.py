@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
@@ -16,9 +17,11 @@ class Board:
         """Board in ``folder``; what stands there of steps after ``step`` is hidden."""
         self._folder, self._warn = folder, warn
         self._writer: Untyped = None
+        self._former: Callable[[Untyped], Untyped] = threading.excepthook
         self._try(lambda: self._open(step))
 
     def __enter__(self) -> Board:
+        self._former, threading.excepthook = threading.excepthook, self._unheard
         return self
 
     def __exit__(
@@ -26,6 +29,7 @@ class Board:
     ) -> None:
         if self._writer is not None:
             self._try(self._writer.close)
+        threading.excepthook = self._former
 
     def add_scalar(self, name: str, value: float, step: int) -> None:
         """Add one number."""
@@ -41,6 +45,12 @@ class Board:
         from torch.utils.tensorboard import SummaryWriter
 
         self._writer = SummaryWriter(self._folder, purge_step=step)
+
+    def _unheard(self, told: Untyped) -> None:
+        """Say nothing of the writer's own thread, whose errors come out in the next call."""
+        ours = type(told.thread).__module__.startswith("tensorboard.")
+        if not (ours and issubclass(told.exc_type, OSError)):
+            self._former(told)
 
     def _try(self, write: Callable[[], Untyped]) -> None:
         try:

@@ -129,7 +129,8 @@ class RunFolder:
             where = f"{self.metrics_path}: line {number}"
             if fit(row, METRICS, CheckpointError, where, "restore the file, or delete it")["step"] <= step:
                 kept.append(line + "\n")
-        write_text(self.metrics_path, "".join(kept))
+        if "".join(kept) != text:
+            write_text(self.metrics_path, "".join(kept))
 
 
 def read_metrics(folder: Path) -> list[JSONObject]:
