@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from prnav.domains.control.appearance import PLANE
 from prnav.domains.control.engine import mujoco
 from prnav.domains.control.frames import to_world
-from prnav.domains.control.mounts import DesignMounts, sensor_axes
+from prnav.domains.control.mounts import PLANS, DesignMounts, load_mounts, sensor_axes
 from prnav.domains.control.surfaces import geom_surface
+from prnav.errors import DesignError
+from prnav.sensors.design import Design
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,6 +94,21 @@ def draw_mounts(mounts: DesignMounts, model: mujoco.MjModel, data: mujoco.MjData
         title = f"{design.name}: {count} sensor{'s' * (count > 1)} of {design.grid} x {design.grid} receptors"
         figure.suptitle(title, fontsize=13, fontweight="bold", x=0.02, ha="left")
     return figure
+
+
+def draw_standing(design: str, name: str) -> tuple[Figure, Design]:
+    """The drawing of a design by name or path on the bodies of a model as they stand at first, and the design.
+
+    Raises:
+        DesignError: the model is unknown, or its bodies refuse the design.
+    """
+    if name not in PLANS:
+        raise DesignError(f"design {design}: model {name!r} is not known; valid: {', '.join(PLANS)}")
+    model = PLANS[name].build()
+    mounts = load_mounts(design, model)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return draw_mounts(mounts, model, data), mounts.design
 
 
 def _facing(triangles: Float64) -> Float64:
