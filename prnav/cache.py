@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prnav.files import atomic_path
+from prnav.stored_arrays import BROKEN, read_arrays
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -54,9 +54,8 @@ def cached_arrays(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     """
     path = _path(kind, key)
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return read_arrays(path, limited=False)
+    except BROKEN:
         pass  # missing or broken: made anew below
     arrays = compute()
     try:

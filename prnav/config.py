@@ -21,12 +21,59 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from prnav.errors import ConfigError
+import tomli_w
+
+from prnav.errors import ConfigError, PrnavError
+from prnav.files import read_regular
 
 C = TypeVar("C")
 
 TYPE_OF = "type_of"
 """Key of a field's metadata: a function that finds the field's class in the table that the field stands in."""
+
+LIMITS: dict[str, tuple[int, str]] = {
+    "seed": (2**62, "seeds are 64-bit numbers that others are counted up from"),
+    "episode_seed": (2**62, "seeds are 64-bit numbers that others are counted up from"),
+    "rays_per_receptor": (4096, "more rays change nothing that float32 can tell"),
+    "grid": (64, "64 x 64 receptors are a camera"),
+    "camera_size": (2048, "a picture of more pixels fits no rollout"),
+    "sensors": (256, "each sensor is drawn at every step"),
+    "num_envs": (65_536, "each is an agent with its own rollout"),
+    "groups": (1024, "each is a thread"),
+    "threads": (1024, "no machine runs more at once"),
+    "window": (1_000_000, "as many episodes are kept in memory"),
+    "episodes_per_scene": (10_000_000, "they are kept in memory"),
+    "validation_episodes": (65_536, "each is an environment"),
+    "keep_checkpoints": (1_000_000, "each is a file"),
+    "rollout_steps": (100_000, "a rollout is kept in memory"),
+    "mini_batches": (65_536, "each has one environment at least"),
+    "epochs": (10_000, "an update goes through its rollout so often"),
+    "max_steps": (10_000_000, "an episode has so many at most"),
+    "width": (16_384, "a layer is a matrix of this side"),
+    "feedforward": (65_536, "a layer is a matrix of this side"),
+    "lstm_hidden": (16_384, "a layer is a matrix of this side"),
+    "head_hidden": (16_384, "a layer is a matrix of this side"),
+    "position_width": (4096, "a layer is a matrix of this side"),
+    "transformer_layers": (256, "each is a matrix product at every step"),
+    "transformer_heads": (1024, "they share the width"),
+    "lstm_layers": (64, "each is a matrix product at every step"),
+    "max_texture_size": (16_384, "no image with a longer side is decoded"),
+    "texture_budget": (1 << 30, "that is 5.7 GB with mip levels"),
+    "starts": (100_000, "each is a search of its own"),
+    "judge_seeds": (10_000, "each is a training run"),
+}
+"""Largest values of whole numbers by the last part of their key, and why; all others end at :data:`LARGEST`."""
+
+LARGEST = 10**15
+"""Largest whole number of any key that :data:`LIMITS` does not name."""
+
+MAX_TEXT = 4096
+"""Most characters of a text: no path is longer."""
+
+MAX_TOML = 1 << 20
+"""Most bytes of a TOML file that is read."""
+RENAMED = "renamed_keys"
+"""Class variable of a config class: tables that files of earlier versions have, and what they are called now."""
 
 
 def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -> C:
@@ -35,14 +82,7 @@ def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -
     Raises:
         ConfigError: no such file, not TOML, an unknown key, or a value of a wrong type or range.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"config {path}: cannot be read ({error}); give the path of a TOML file") from error
-    try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"config {path}: not valid TOML: {error}") from error
+    values = read_toml(path, ConfigError, f"config {path}")
     overrides = list(overrides)
     apply_overrides(values, overrides)
     return from_mapping(cls, values, f"{path} with {', '.join(overrides)}" if overrides else str(path))
@@ -58,6 +98,8 @@ def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
             value = tomllib.loads(f"value = {raw}")["value"]
         except tomllib.TOMLDecodeError:
             value = raw.strip()
+        except (ValueError, RecursionError) as error:  # thousands of digits or brackets
+            raise ConfigError(f"override {override[:60]!r}...: its value cannot be read ({error})") from error
         table = values
         *tables, leaf = key.strip().split(".")
         for name in tables:
@@ -67,12 +109,37 @@ def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
         table[leaf] = value
 
 
+def read_toml(path: str | Path, error: type[PrnavError], where: str) -> dict[str, Any]:
+    """Table of a TOML file.
+
+    Args:
+        path: the file.
+        error: what to raise.
+        where: what errors call the file.
+
+    Raises:
+        error: no such file, no regular one, too big, or not TOML.
+    """
+    try:
+        return tomllib.loads(read_regular(path, MAX_TOML).decode("utf-8-sig"))
+    except OSError as problem:
+        reason = problem.strerror or problem
+        raise error(f"{where}: cannot be read ({reason}); give the path of a TOML file") from problem
+    except UnicodeDecodeError as problem:
+        raise error(f"{where}: not valid TOML: it is no UTF-8 text ({problem.reason})") from problem
+    except (ValueError, RecursionError) as problem:
+        raise error(f"{where}: not valid TOML: {problem}") from problem
+
+
 def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: str = "") -> C:
     """Config of class ``cls`` from a nested mapping; ``source`` names its origin in errors."""
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
     for key in values:
         if key not in names:
+            now = getattr(cls, RENAMED, {}).get(key)
+            if now is not None:
+                raise ConfigError(f"config {source}: [{prefix}{key}] is now called [{prefix}{now}]; rename it")
             near = difflib.get_close_matches(key, names, n=1)
             remedy = f"did you mean {prefix}{near[0]!s}?" if near else f"valid here: {', '.join(names)}"
             raise ConfigError(f"config {source}: unknown key {prefix + key!r}; {remedy}")
@@ -107,7 +174,7 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
         return value
     if origin is tuple:
         if not isinstance(value, list | tuple):
-            raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be a list")
+            raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be a list, such as [{value!r}]")
         if len(arguments) == 2 and arguments[1] is Ellipsis:
             return tuple(_convert(item, arguments[0], source, f"{key}[{i}]") for i, item in enumerate(value))
         if len(value) != len(arguments):
@@ -122,6 +189,15 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
         raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be of type {hint.__name__}")
     if isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(f"config {source}: {key!r} is {value!r}; it must be finite")
+    if hint is int and not isinstance(value, bool):
+        most, reason = LIMITS.get(key.rpartition(".")[2], (LARGEST, "no run gets that far"))
+        if abs(value) > most:
+            told = str(value) if abs(value) < 10**30 else f"{str(value)[:12]}... ({len(str(value))} digits)"
+            raise ConfigError(f"config {source}: {key!r} is {told}; at most {most} ({reason})")
+    if isinstance(value, str) and len(value) > MAX_TEXT:
+        raise ConfigError(f"config {source}: {key!r} is a text of {len(value)} characters; at most {MAX_TEXT}")
+    if isinstance(value, str) and not value.isprintable():
+        raise ConfigError(f"config {source}: {key!r} is {value!r}; valid: text without control characters")
     return value
 
 
@@ -142,25 +218,7 @@ def to_mapping(config: Any) -> dict[str, Any]:
 
 def to_toml(config: Any) -> str:
     """TOML text that :func:`load_config` reads back to an equal config."""
-    lines: list[str] = []
-
-    def write(table: Mapping[str, Any], prefix: str) -> None:
-        for key, value in table.items():
-            if not isinstance(value, dict):
-                lines.append(f"{key} = {_toml_value(value)}")
-        for key, value in table.items():
-            if isinstance(value, dict):
-                lines.extend(["", f"[{prefix}{key}]"])
-                write(value, f"{prefix}{key}.")
-
-    write(to_mapping(config), "")
-    return "\n".join(lines).lstrip("\n") + "\n"
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, list):
-        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
-    return repr(value) if isinstance(value, float) else json.dumps(value)
+    return tomli_w.dumps(to_mapping(config))
 
 
 def config_hash(config: Any) -> str:

@@ -19,6 +19,10 @@ class SceneError(PrnavError):
     """A mesh file is missing, broken, or holds what cannot be used."""
 
 
+class SceneNote(UserWarning):
+    """Something of a scene's files was not found or left out; the scene is loaded all the same."""
+
+
 class NavMeshError(PrnavError):
     """A navmesh file is broken, or a mesh has no floor to walk on."""
 
@@ -37,6 +41,10 @@ class DesignError(PrnavError):
 
 class ControlError(PrnavError):
     """A control task is unknown, its physics engine is missing or too old, or a state does not fit its body."""
+
+
+class EnvError(PrnavError, ValueError):
+    """An environment is asked for what it cannot do: an action that is none, an episode that is not there."""
 
 
 class CheckpointError(PrnavError):

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
+import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from prnav.errors import PrnavError
+
+_UMASK = os.umask(0)
+os.umask(_UMASK)  # it can only be asked for by changing it, which is no business of threads
 
 
 @contextlib.contextmanager
@@ -20,19 +26,77 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp" + target.suffix, dir=target.parent)
+    beginning, end = f".{_short(target.name)}.", ".tmp" + target.suffix[:20]
+    handle, name = tempfile.mkstemp(prefix=beginning, suffix=end, dir=target.parent)
     os.close(handle)
     temporary = Path(name)
     try:
         yield temporary
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+        temporary.chmod(0o666 & ~_UMASK)
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def read_regular(path: str | os.PathLike[str], most: int | None = None) -> bytes:
+    """Content of a file that is one: no pipe that never ends, no device.
+
+    Raises:
+        OSError: it is missing, not a regular file, or has more than ``most`` bytes.
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with open(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if stat.S_ISDIR(status.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is a device or a pipe, not a file", os.fspath(path))
+        if most is not None and status.st_size > most:
+            raise OSError(errno.EFBIG, f"it has {status.st_size} bytes where at most {most} are read", os.fspath(path))
+        return file.read()
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove what a killed process has left of files in a folder that this process alone writes to."""
+    for part in folder.glob(".*.tmp*"):
+        part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def held_folder(folder: Path, error: type[PrnavError], message: str) -> Iterator[None]:
+    """Hold a folder against other processes; the system lets go of it when this one dies, however it does.
+
+    Raises:
+        error: another process holds it; with this message.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / ".lock", "a") as lock:
+        if sys.platform != "win32":
+            import fcntl
+
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as problem:
+                raise error(message) from problem
+        yield
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that cannot be written, before the work that is to end in it.
+
+    Raises:
+        OSError: a folder stands there, its folder cannot be made, or takes no files.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if len(os.fsencode(target.name)) > 255:
+        raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG), os.fspath(path))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=target.parent):
+        pass
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
@@ -44,6 +108,11 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write ``text`` atomically as UTF-8."""
     write_bytes(path, text.encode())
+
+
+def _short(name: str) -> str:
+    """A name's beginning, so that what is added to it still makes a name that file systems take."""
+    return os.fsdecode(os.fsencode(name)[:180]) if len(os.fsencode(name)) > 180 else name
 
 
 def resolve_inside(root: str | os.PathLike[str], relative: str, error: type[PrnavError] = PrnavError) -> Path:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 import os
+import warnings
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -13,6 +16,7 @@ import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from prnav.files import atomic_path
 
@@ -62,9 +66,26 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.rc_context(_DEFAULTS)
 
 
+@contextlib.contextmanager
+def _as_written(figure: Figure) -> Iterator[None]:
+    """Context in which a figure is drawn with its texts as they are: a name may hold dollar signs, or any character.
+
+    Only ticks of logarithmic axes are formulas, which matplotlib writes itself.
+    """
+    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
+    formulas = any(axis.get_scale() == "log" for axis in axes)
+    ticks = {id(text) for axis in axes if axis.get_scale() == "log" for text in axis.get_ticklabels(which="both")}
+    for text in figure.findobj(Text):
+        if id(text) not in ticks:
+            text.set_parse_math(False)
+    with matplotlib.rc_context({"text.parse_math": formulas}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        yield
+
+
 def save_png(figure: Figure, path: str | os.PathLike[str], dpi: int = 130) -> Path:
     """Write a figure atomically; the same figure gives the same bytes."""
-    with atomic_path(path) as temporary:
+    with atomic_path(path) as temporary, _as_written(figure):
         figure.savefig(temporary, format="png", dpi=dpi, metadata={"Software": None})
     return Path(path)
 
@@ -72,5 +93,6 @@ def save_png(figure: Figure, path: str | os.PathLike[str], dpi: int = 130) -> Pa
 def data_uri(figure: Figure, dpi: int = 110) -> str:
     """A figure as a ``data:`` address, to stand inside a page."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    with _as_written(figure):
+        figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()

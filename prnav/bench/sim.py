@@ -12,13 +12,18 @@ import numpy as np
 from prnav.domains.navigation.env import EpisodeSource, load_source
 from prnav.domains.navigation.pointgoal import PointGoalEnvConfig, PointGoalNavVectorEnv
 from prnav.episodes import generate_table
+from prnav.navmesh import load_navmesh
+from prnav.navmesh.cover import indoor_floors
+from prnav.scene import SceneMesh
+from prnav.sim import World
 from prnav.version import __version__
 
 AGENTS = 64
+EPISODES = 512  #: drawn in a scene of one's own
 WALK = (1, 1, 1, 2, 3)  #: actions of the benchmark's agents, drawn with equal chance
 
 
-def measure_sim(seconds: float = 2.0, scenes: int = 8) -> list[dict[str, Any]]:
+def measure_sim(seconds: float = 2.0, scenes: int = 8, scene: SceneMesh | None = None) -> list[dict[str, Any]]:
     """Rows of ``name metric value unit device version``.
 
     Speeds count CPU time of this process, not wall-clock time, so that other work on the machine matters less.
@@ -26,9 +31,10 @@ def measure_sim(seconds: float = 2.0, scenes: int = 8) -> list[dict[str, Any]]:
     Args:
         seconds: how long each row is measured [s].
         scenes: how many homes of the val split the agents are spread over.
+        scene: a scene that all agents are in instead; episodes are drawn in it.
     """
     config = PointGoalEnvConfig(scenes="val", max_scenes=scenes)
-    source = load_source(config)
+    source = load_source(config) if scene is None else _source_of(scene)
     rows = [
         _row("env_step_photoreceptors", _steps(config, source, seconds), "steps/s"),
         _row("env_step_blind", _steps(PointGoalEnvConfig(scenes="val", vision=False), source, seconds), "steps/s"),
@@ -36,6 +42,13 @@ def measure_sim(seconds: float = 2.0, scenes: int = 8) -> list[dict[str, Any]]:
         _row("generate_episodes", _episodes(source, seconds), "episodes/s"),
     ]
     return rows
+
+
+def _source_of(scene: SceneMesh) -> EpisodeSource:
+    """Episodes in one scene."""
+    navmesh = load_navmesh(scene)
+    world = World((scene.name,), (scene,), (navmesh,), ("built",))
+    return EpisodeSource(world, generate_table(navmesh, scene.name, EPISODES, 0, floors=indoor_floors(navmesh, scene)))
 
 
 def _row(metric: str, value: float, unit: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any
 
 import prnav
 from prnav.errors import ConfigError
+from prnav.scene import SceneMesh
 
 Row = dict[str, Any]
 """``name``, ``metric``, ``value``, ``unit``, ``device``, ``version``."""
@@ -39,11 +40,19 @@ def available() -> dict[str, str]:
     return {name: text for name, (module, text) in BENCHMARKS.items() if importlib.util.find_spec(module)}
 
 
-def measure(name: str, seconds: float | None = None, device: str | None = None) -> list[Row]:
+def measure(
+    name: str, seconds: float | None = None, device: str | None = None, scene: SceneMesh | None = None
+) -> list[Row]:
     """Rows of a benchmark; each figure is measured for about ``seconds`` (its own default where None).
 
+    Args:
+        name: of the benchmark.
+        seconds: how long each figure is measured.
+        device: for benchmarks that can use one.
+        scene: measured in place of the benchmark's own scenes.
+
     Raises:
-        ConfigError: there is no such benchmark, or it has no choice of device.
+        ConfigError: there is no such benchmark, or it has no choice of device or scene.
     """
     if name not in available():
         raise ConfigError(f"benchmark {name!r} is not known; valid: {', '.join(available())}")
@@ -53,6 +62,10 @@ def measure(name: str, seconds: float | None = None, device: str | None = None) 
         if "device" not in inspect.signature(function).parameters:
             raise ConfigError(f"benchmark {name!r} runs on the CPU; leave --device out")
         options["device"] = device
+    if scene is not None:
+        if "scene" not in inspect.signature(function).parameters:
+            raise ConfigError(f"benchmark {name!r} has scenes of its own; leave --scene out")
+        options["scene"] = scene
     rows: list[Row] = function(**options)
     return rows
 

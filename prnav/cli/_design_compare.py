@@ -8,15 +8,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
+from prnav.cli._common import Screen
 from prnav.errors import ConfigError
 from prnav.evaluate.intervals import Interval
 from prnav.files import write_text
 from prnav.report.design_figures import FIGURES
 from prnav.report.design_methods import draw_methods, methods
 from prnav.report.design_results import ANALYSES, Correlation, Gains, against_scores, load_rows
+from prnav.schema import MapOf, Number, read_json
+from prnav.schema import Table as Fields
 from prnav.style import save_png
 
 
@@ -31,7 +33,7 @@ def compare(options: argparse.Namespace) -> None:
         result = against_scores(rows, _scores(options.scores), options.measure)
     else:
         result = ANALYSES[kind](rows, options.measure)
-    console = Console()
+    console = Screen()
     told: dict[str, Any] = {"kind": kind, "measure": options.measure}
     if isinstance(result, Gains):
         entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
@@ -60,7 +62,7 @@ def compare(options: argparse.Namespace) -> None:
 def _compare_methods(options: argparse.Namespace) -> None:
     """Searches side by side, a row each."""
     found = methods(options.folder, options.measure)
-    console = Console()
+    console = Screen()
     console.width = max(console.width, 120)  # a folded table of numbers cannot be read
     table = Table(title=f"methods: {options.measure}", title_justify="left", title_style="bold")
     for column in ("method\nscored by", "steps\nper start", "designs\ntried", "own score\nto found"):
@@ -99,7 +101,7 @@ def _scores(file: str | None) -> dict[str, dict[str, float]]:
         raise ConfigError(
             "--kind proxy compares with the proxy's scores; give --scores FILE (evaluate --proxy --json FILE)"
         )
-    try:
-        return dict(json.loads(Path(file).read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"scores {file}: cannot be read ({error}); write them by evaluate --proxy --json") from error
+    scores: dict[str, dict[str, float]] = read_json(
+        file, MapOf(Fields({"score": Number()})), ConfigError, "write scores by evaluate --proxy --json"
+    )
+    return scores

@@ -19,14 +19,19 @@ _FOV = math.radians(90.0)
 
 
 def views(scene: SceneMesh, navmesh: NavMesh, count: int, size: int, seed: int) -> NDArray[np.uint8]:
-    """Views (count, size, size, 3) from places spread over the largest island, each towards the most open side."""
+    """Views (count, size, size, 3) from places spread over the islands that matter, each towards the most open side.
+
+    Those indoors come first, then the others, large ones before small ones; see :func:`island_views`.
+    """
+    from prnav.navmesh.cover import indoor_floors
     from prnav.render import Renderer
 
     renderer = Renderer([scene])
-    places = navmesh.random_points(max(400, 8 * count), seed)
-    islands = navmesh.island_of(places)
-    largest = max(range(len(navmesh.islands)), key=lambda island: navmesh.islands[island].area)
-    places = _spread(places[islands == largest], count)
+    points = navmesh.random_points(max(4000, 8 * count), seed)
+    islands = navmesh.island_of(points)
+    wanted = island_views(navmesh, indoor_floors(navmesh, scene).islands, count)
+    chosen = [_spread(points[islands == island], number) for island, number in wanted if (islands == island).any()]
+    places = np.concatenate(chosen)
     yaws = np.arange(12) * (2.0 * math.pi / 12.0)
     pose = np.array([0.0, _EYE, 0.0, 0.0, math.radians(-8.0), 0.0, _FOV])
     # the open side is the one with the largest median depth in a small picture
@@ -43,6 +48,23 @@ def views(scene: SceneMesh, navmesh: NavMesh, count: int, size: int, seed: int) 
     designs = np.broadcast_to(pose, (len(places), 1, 7))
     images = renderer.read(np.zeros(len(places), dtype=np.int64), places, best, designs, grid=size)
     return np.rint(images[:, 0] * 255.0).astype(np.uint8)
+
+
+def island_views(navmesh: NavMesh, indoors: NDArray[np.bool_], count: int) -> list[tuple[int, int]]:
+    """Islands to photograph and how often, those indoors first, then by area: one each, the rest by area.
+
+    An island matters where episodes may be on it: from a radius of 1.5 m on; where there is none, the largest does.
+    """
+    islands = navmesh.islands
+    by_area = sorted(range(len(islands)), key=lambda k: (not indoors[k], -islands[k].area))
+    order = [k for k in by_area if islands[k].radius >= 1.5] or by_area[:1]
+    order = order[:count]
+    inside = [k for k in order if indoors[k]] or order
+    views = dict.fromkeys(order, 1)
+    for _ in range(count - len(order)):
+        most = max(inside, key=lambda k: islands[k].area / views[k])
+        views[most] += 1
+    return list(views.items())
 
 
 def _spread(places: NDArray[np.float64], count: int) -> NDArray[np.float64]:

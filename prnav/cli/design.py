@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from prnav.cli._common import command, positive
+from prnav.cli._common import Parser, Screen, command, natural, pixels, whole_number, workers
 from prnav.errors import ConfigError, DesignError
-from prnav.files import write_text
+from prnav.files import check_writable, write_text
+from prnav.processes import deaf_children
 
 if TYPE_CHECKING:
     from prnav.design.config import OptimizeConfig
@@ -29,7 +29,7 @@ MEASURES = ("spl", "soft_spl", "soft_spl_closest", "success", "reward")
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav-design",
         description="Sensor designs: the library, pictures of them, and searches for better ones.",
         epilog="Searches and sweeps are interrupted by Ctrl-C and go on when the same command is given again.",
@@ -43,18 +43,24 @@ def parser() -> argparse.ArgumentParser:
     show.add_argument("--out", required=True, metavar="PNG", help="picture to write")
     show.add_argument("--scene", default="prhouses/test/00", help="built-in home or mesh file to look at")
     show.add_argument("--up", choices=("y", "z"), default="y", help="up axis of a mesh file (default: y)")
-    show.add_argument("--seed", type=int, default=0, help="another seed looks from another place (default: 0)")
-    show.add_argument("--size", type=int, default=256, help="pixels of a sensor's picture (default: 256)")
-    show.add_argument("--rays", type=int, default=256, help="rays per receptor, a square number (default: 256)")
+    show.add_argument("--seed", type=natural, default=0, help="another seed looks from another place (default: 0)")
+    show.add_argument("--size", type=pixels, default=256, help="pixels of a sensor's picture (default: 256)")
+    show.add_argument(
+        "--rays", type=whole_number(1, 4096), default=256, help="rays per receptor, a square number (default: 256)"
+    )
     show.add_argument("--body-only", action="store_true", help="leave out what it sees")
     show.set_defaults(run=_show)
 
     random = commands.add_parser("random", help="write designs drawn from seeds")
     random.add_argument("--out", required=True, metavar="DIR", help="folder for the design files")
-    random.add_argument("--sensors", type=positive, default=2, metavar="K", help="sensors of each (default: 2)")
-    random.add_argument("--grid", type=positive, default=4, metavar="B", help="receptors per row (default: 4)")
-    random.add_argument("--count", type=positive, default=1, metavar="N", help="how many (default: 1)")
-    random.add_argument("--seed", type=int, default=0, help="of the first; the others count up (default: 0)")
+    random.add_argument(
+        "--sensors", type=whole_number(1, 64), default=2, metavar="K", help="sensors of each (default: 2)"
+    )
+    random.add_argument(
+        "--grid", type=whole_number(1, 64), default=4, metavar="B", help="receptors per row (default: 4)"
+    )
+    random.add_argument("--count", type=whole_number(1, 10_000), default=1, metavar="N", help="how many (default: 1)")
+    random.add_argument("--seed", type=natural, default=0, help="of the first; the others count up (default: 0)")
     random.set_defaults(run=_random)
 
     optimize = commands.add_parser("optimize", help="search for a better design, from one or several starts")
@@ -75,7 +81,9 @@ def parser() -> argparse.ArgumentParser:
     sweep.add_argument("kind", choices=SWEEPS, help="the analysis")
     sweep.add_argument("--initial", nargs="*", default=[], metavar="DESIGN", help="initial designs")
     sweep.add_argument("--found", nargs="*", default=[], metavar="DESIGN", help="designs that were found from them")
-    sweep.add_argument("--random", type=int, default=8, metavar="N", help="random designs of a spread (default: 8)")
+    sweep.add_argument(
+        "--random", type=whole_number(0, 10_000), default=8, metavar="N", help="random designs of a spread (default: 8)"
+    )
     _plans(sweep)
     sweep.set_defaults(run=_sweep)
 
@@ -119,16 +127,22 @@ def _settings(p: argparse.ArgumentParser) -> None:
 
 
 def _workers(p: argparse.ArgumentParser) -> None:
-    p.add_argument("--workers", type=positive, default=1, metavar="N", help="processes side by side (default: 1)")
+    p.add_argument("--workers", type=workers, default=1, metavar="N", help="processes side by side (default: 1)")
     p.add_argument(
-        "--join", type=int, default=0, metavar="I", help="only take part, as worker I, in what another started"
+        "--join",
+        type=whole_number(0, 1 << 20),
+        default=0,
+        metavar="I",
+        help="only take part, as worker I, in what another started",
     )
 
 
 def _plans(p: argparse.ArgumentParser) -> None:
     _settings(p)
     p.add_argument("--out", metavar="DIR", help="folder of the plan and its runs (default: runs/KIND)")
-    p.add_argument("--seeds", type=positive, default=1, metavar="N", help="specialists per design (default: 1)")
+    p.add_argument(
+        "--seeds", type=whole_number(1, 1000), default=1, metavar="N", help="specialists per design (default: 1)"
+    )
     p.add_argument(
         "--task",
         action="append",
@@ -136,7 +150,9 @@ def _plans(p: argparse.ArgumentParser) -> None:
         metavar="NAME:CONFIG",
         help="another task's config, beside that of --config",
     )
-    p.add_argument("--slurm", type=int, default=0, metavar="N", help="submit N workers to SLURM (needs submitit)")
+    p.add_argument(
+        "--slurm", type=whole_number(0, 4096), default=0, metavar="N", help="submit N workers to SLURM (needs submitit)"
+    )
     _workers(p)
 
 
@@ -149,7 +165,7 @@ def _list(options: argparse.Namespace) -> None:
     table.add_column("idea", overflow="fold")
     for name, model, sensors, grid, description in sorted(design_summaries(), key=lambda d: (d.model, d.name)):
         table.add_row(name, model or "navigation", str(sensors), f"{grid} x {grid}", description)
-    Console().print(table)
+    Screen().print(table)
 
 
 def _show(options: argparse.Namespace) -> None:
@@ -165,6 +181,7 @@ def _show(options: argparse.Namespace) -> None:
         print(f"picture  {save_png(figure, options.out)}")
         return
     design = load_design(options.design)
+    check_writable(options.out)
     sight, place = None, ""
     if not options.body_only:
         from prnav.navmesh import load_navmesh
@@ -212,13 +229,14 @@ def _optimize(options: argparse.Namespace) -> None:
 
 def _print_optimized(config: OptimizeConfig, folder: Path, best: Design) -> None:
     from prnav.report.design_results import gains, load_rows
+    from prnav.result_kinds import read_start
 
-    console = Console()
+    console = Screen()
     table = Table(title=f"{config.name}: {config.method}", title_justify="left", title_style="bold")
     for column in ("start", "designs tried", "steps", "initial", "found"):
         table.add_column(column, justify="right")
     for number in range(config.starts):
-        start = json.loads((folder / f"start-{number}" / "start.json").read_text(encoding="utf-8"))
+        start = read_start(folder / f"start-{number}" / "start.json")
         scores = (f"{start[name]:.4f}" for name in ("initial", "found"))
         table.add_row(str(number), str(start["trials"]), f"{start['steps']:,}", *scores)
     console.print(table)
@@ -259,7 +277,7 @@ def _evaluate(options: argparse.Namespace) -> None:
         table.add_column(key, justify="right")
     for name, parts in sorted(told.items(), key=lambda item: -item[1]["score"]):
         table.add_row(name, *(f"{parts[key]:.3f}" for key in keys))
-    Console().print(table)
+    Screen().print(table)
     if options.json:
         write_text(options.json, json.dumps(told, indent=1) + "\n")
 
@@ -340,18 +358,20 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:
     """The other workers of this machine: this command again, told to take part."""
-    words = [sys.executable, "-m", "prnav.cli.design", name]
+    begin = "from prnav.processes import become_worker; become_worker(); from prnav.cli.design import main; main()"
+    words = [sys.executable, "-c", begin, name]
     if name == "optimize":
         words += ["--config", str(folder / "config.toml")]
         words += ["--storage", options.storage] if options.storage else []
     else:
         words.append(options.kind if options.kind != "designs" else "spread")
-    return [
-        subprocess.Popen(
-            [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        for i in range(1, options.workers)
-    ]
+    with deaf_children():
+        return [
+            subprocess.Popen(
+                [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+            for i in range(1, options.workers)
+        ]
 
 
 def _end(helpers: list[subprocess.Popen[bytes]]) -> None:
@@ -379,8 +399,8 @@ class _Board:
     """A line that is redrawn, or a printed line per event where there is no terminal."""
 
     def __init__(self) -> None:
-        self.console = Console(stderr=True, highlight=False)
-        columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+        self.console = Screen(stderr=True, highlight=False)
+        columns = (TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
         self.bar = Progress(*columns, console=self.console, disable=not self.console.is_terminal)
         self.task = self.bar.add_task("starting", total=None)
         self._last = ""

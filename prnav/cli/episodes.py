@@ -9,23 +9,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import Parser, Screen, add_data_options, check_data_options, command, natural, positive, workers
+from prnav.cli._progress import LineProgress
 from prnav.errors import EpisodeError, SceneError
 
 if TYPE_CHECKING:
     from prnav.episodes import EpisodeTable
-    from prnav.navmesh import NavMesh, NavMeshSettings
-    from prnav.scene import SceneFile, SceneMesh
+    from prnav.navmesh import NavMesh
+    from prnav.scene import SceneFile
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(prog="prnav-episodes", description="Episodes in Habitat's PointNav format.")
+    p = Parser(prog="prnav-episodes", description="Episodes in Habitat's PointNav format.")
     commands = p.add_subparsers(dest="command", required=True)
 
     sub = commands.add_parser("generate", help="draw episodes in scenes by Habitat's rules")
@@ -38,12 +38,17 @@ def parser() -> argparse.ArgumentParser:
     )
     where.add_argument("--scenes", metavar="SPLIT", help="split of built-in homes, or with --data of the set (hm3d)")
     sub.add_argument("--split", metavar="NAME", required=True, help="name of the split to write")
-    sub.add_argument("--per-scene", metavar="N", type=_positive, required=True, help="episodes per scene")
-    sub.add_argument("--seed", metavar="S", type=_natural, default=0, help="another seed, other episodes (default: 0)")
+    sub.add_argument("--per-scene", metavar="N", type=positive, required=True, help="episodes per scene")
+    sub.add_argument("--seed", metavar="S", type=natural, default=0, help="another seed, other episodes (default: 0)")
     sub.add_argument("--out", metavar="DIR", type=Path, required=True, help="writes DIR/NAME/NAME.json.gz")
     sub.add_argument("--up", choices=("y", "z"), default="y", help="up axis of mesh files (default: y)")
     add_data_options(sub, "folder with scene_datasets/ in it, or one that scene ids in the file are relative to")
-    sub.add_argument("--workers", metavar="N", type=_positive, help="processes (default: one per core)")
+    sub.add_argument("--workers", metavar="N", type=workers, help="processes (default: one per core)")
+    sub.add_argument(
+        "--roofs",
+        action="store_true",
+        help="draw on roofs and ceilings too, which nobody gets onto from inside (default: not where there are rooms)",
+    )
     sub.set_defaults(run=_generate)
 
     sub = commands.add_parser("builtin", help="draw the shipped episodes of the built-in homes anew")
@@ -77,26 +82,14 @@ def _add_dataset(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--split", metavar="NAME", help="split of a folder or of builtin that has several")
 
 
-def _positive(text: str) -> int:
-    if not text.isdigit() or not int(text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)
-
-
-def _natural(text: str) -> int:
-    if not text.isdigit():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
-
-
 def _progress() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    console = Console(stderr=True)
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return LineProgress(*columns, console=Screen(stderr=True))
 
 
 def _generate(options: argparse.Namespace) -> int:
     from prnav.episodes.bulk import BulkConfig, generate_files
+    from prnav.episodes.generate import GenerationConfig
 
     check_data_options(options)
     if not _NAME.fullmatch(options.split):
@@ -107,7 +100,13 @@ def _generate(options: argparse.Namespace) -> int:
     path = folder / f"{options.split}.json.gz"
     _refuse_foreign_content(folder, ids)
     config = BulkConfig(
-        options.per_scene, options.seed, _up(places, options.up), options.data, options.navmesh_from != "build"
+        options.per_scene,
+        options.seed,
+        _up(places, options.up),
+        options.data,
+        options.navmesh_from != "build",
+        limits=GenerationConfig(roofs=options.roofs),
+        root=None if options.data is not None else options.data_root,
     )
     with _progress() as bars:
         task = bars.add_task("", total=len(ids) * options.per_scene)
@@ -146,19 +145,6 @@ def _places(options: argparse.Namespace) -> dict[str, str | SceneFile]:
     if twice:
         raise SceneError(f"--scene: two files would both be called {twice[0]}; give --data-root, a folder above both")
     return dict(zip(ids, sources, strict=True))
-
-
-def _open(
-    place: str | SceneFile, options: argparse.Namespace, settings: NavMeshSettings
-) -> tuple[SceneMesh, NavMesh, str]:
-    """A scene with its navmesh, and where that is from."""
-    from prnav.navmesh import load_navmesh, scene_navmesh
-    from prnav.scene import SceneFile, load_scene
-
-    scene = load_scene(place, options.up)
-    if isinstance(place, SceneFile):
-        return scene, *scene_navmesh(place, scene, settings, options.navmesh_from != "build")
-    return scene, load_navmesh(scene, settings), "built"
 
 
 def _up(places: Mapping[str, str | SceneFile], given: str) -> str:
@@ -234,7 +220,7 @@ def _check(options: argparse.Namespace) -> int:
     with _progress() as bars:
         for scene_id in bars.track(table.scene_ids, description="scenes"):
             try:
-                navmesh = _open_navmesh(scene_id, header, source, options)
+                navmesh = _open_navmesh(scene_id, header, source, options, len(table.scene_ids) == 1)
             except SceneError as error:
                 given = options.scene or options.data_root is not None or scene_id.startswith("prhouses/")
                 (problems if given else absent).append(f"{scene_id}: {error}")
@@ -252,8 +238,10 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if problems else 0
 
 
-def _open_navmesh(scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace) -> NavMesh:
-    """Navmesh of the scene that episodes name, after the scene was held against the header."""
+def _open_navmesh(
+    scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace, only: bool
+) -> NavMesh:
+    """Navmesh of the scene that episodes name (``only`` this one), after the scene was held against the header."""
     from prnav.episodes import check_scenes, up_axis
     from prnav.navmesh import NavMeshSettings, load_navmesh, scene_navmesh
     from prnav.scene import load_scene, open_scene_set, resolve_scene
@@ -263,8 +251,8 @@ def _open_navmesh(scene_id: str, header: dict[str, Any], source: str, options: a
         scene = load_scene(place)
         check_scenes(header, {scene_id: scene}, source)
         return scene_navmesh(place, scene, NavMeshSettings(), options.navmesh_from != "build")[0]
-    found = resolve_scene(scene_id, options.data_root, options.scene)
-    scene = load_scene(found, up_axis(header, options.up, source))
+    found = resolve_scene(scene_id, options.data_root, options.scene, only=only)
+    scene = load_scene(found, up_axis(header, options.up, source), root=options.data_root)
     check_scenes(header, {scene_id: scene}, source)
     return load_navmesh(scene)
 

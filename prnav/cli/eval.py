@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +14,20 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from prnav.catalog import DEFAULT_TASK, TASKS, task_spec
-from prnav.cli._common import add_data_options, check_data_options, command, positive
+from prnav.cli._common import (
+    Parser,
+    Screen,
+    add_data_options,
+    check_data_options,
+    command,
+    natural,
+    positive,
+    whole_number,
+    workers,
+)
+from prnav.cli._progress import LineProgress
 from prnav.errors import ConfigError
-from prnav.files import write_text
+from prnav.files import check_writable, write_text
 
 if TYPE_CHECKING:
     from prnav.contracts import EpisodeRequest, Evaluation, TaskConfig, TaskSpec
@@ -42,7 +52,7 @@ class Entry:
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav-eval",
         description="Evaluate agents on episodes, each played once, and report means with 95 % bootstrap intervals.",
         epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation goes "
@@ -91,12 +101,16 @@ def parser() -> argparse.ArgumentParser:
         help="of trained agents: sampled, as they were trained and as Habitat evaluates, or the likeliest "
         "(default: both, each on its own line)",
     )
-    how.add_argument("--seed", type=int, default=0, help="seed of sampled actions (default: 0)")
+    how.add_argument("--seed", type=natural, default=0, help="seed of sampled actions (default: 0)")
     how.add_argument(
-        "--num-envs", type=positive, default=64, metavar="N", help="episodes at once; changes no result (default: 64)"
+        "--num-envs",
+        type=whole_number(1, 1 << 16),
+        default=64,
+        metavar="N",
+        help="episodes at once; changes no result (default: 64)",
     )
     how.add_argument(
-        "--workers", type=positive, metavar="N", help="processes; changes no result (default: one per core)"
+        "--workers", type=workers, metavar="N", help="processes; changes no result (default: one per core)"
     )
     how.add_argument("--device", default="cpu", help="where a trained policy runs: cpu or cuda (default: cpu)")
     how.add_argument("--restart", action="store_true", help="drop what an interrupted evaluation left")
@@ -119,19 +133,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _verify(options)
     if not options.run and not options.agent:
         raise ConfigError("nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)")
-    screen = Console(stderr=True)
+    if options.json:
+        check_writable(options.json)
+    screen = Screen(stderr=True)
     entries = _entries(options, screen)
     evaluations = []
     for entry in entries:
         evaluation = _evaluate(entry, options, screen, several=len(entries) > 1)
-        _print(evaluation, Console())
+        _print(evaluation, Screen())
         if options.submit:
             from prnav.evaluate.submission import write_submission
 
             path = write_submission(evaluation)
-            Console().print(f"result   {path}", highlight=False, soft_wrap=True)
+            Screen().print(f"result   {path}", highlight=False, soft_wrap=True)
         evaluations.append(evaluation)
-    report = _compare(evaluations, Console())
+    report = _compare(evaluations, Screen())
     if options.json:
         head = evaluations[0].header
         write_text(options.json, json.dumps({**head, **report} if report else head, indent=1) + "\n")
@@ -205,7 +221,7 @@ def _verify(options: argparse.Namespace) -> int:
     from prnav.evaluate.submission import verify_submission
 
     evaluation = verify_submission(options.verify, options.records)
-    _print_results(evaluation, Console())
+    _print_results(evaluation, Screen())
     print(f"verified  {options.verify}: every measure follows from the records in {evaluation.directory}")
     return 0
 
@@ -215,19 +231,22 @@ def _compare(evaluations: Sequence[Evaluation], console: Console) -> dict[str, o
     if len(evaluations) < 2:
         return {}
     from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups
-    from prnav.report.tables import differences_table, seeds_table
+    from prnav.report.tables import differences_table, seeds_table, that_fit
 
     names = [evaluation.label for evaluation in evaluations]
     paired, groups = differences(evaluations, names), seed_groups(evaluations)
     if paired:
-        console.print(differences_table(paired))
+        for part in that_fit(paired, console.width):
+            console.print(differences_table(part))
     elif not same_episodes(evaluations):
         console.print("these evaluations are of different episodes, so they are not compared", highlight=False)
     between = group_differences(groups)
     if groups:
-        console.print(seeds_table(groups))
+        for few in that_fit(groups, console.width):
+            console.print(seeds_table(few))
     if between:
-        console.print(differences_table(between))
+        for part in that_fit(between, console.width):
+            console.print(differences_table(part))
     return {
         "evaluations": [evaluation.header for evaluation in evaluations],
         "differences": [dataclasses.asdict(difference) for difference in paired],
@@ -314,15 +333,13 @@ def _print(evaluation: Evaluation, console: Console) -> None:
 
 
 def _progress(screen: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
+    return LineProgress(
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=screen,
-        transient=True,
-        disable=not sys.stderr.isatty(),
     )
 
 

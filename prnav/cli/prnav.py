@@ -7,11 +7,10 @@ import sys
 from collections.abc import Sequence
 
 from rich import box
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from prnav.cli._common import command
+from prnav.cli._common import Parser, Screen, command
 from prnav.version import __version__
 
 _MARKS = {"ok": "[green]ok[/]", "missing": "[yellow]not there[/]", "broken": "[red]broken[/]"}
@@ -19,7 +18,7 @@ _MARKS = {"ok": "[green]ok[/]", "missing": "[yellow]not there[/]", "broken": "[r
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav",
         description="Indoor navigation with photoreceptors.",
         epilog="Other commands: prnav-train, prnav-eval, prnav-report, prnav-episodes, prnav-scenes, prnav-design, "
@@ -44,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _doctor() -> int:
     from prnav.cli._doctor import examine, healthy
 
-    with Console(stderr=True).status("looking around"):
+    with Screen(stderr=True).status("looking around"):
         findings = examine()
     table = Table(box=box.SIMPLE_HEAD, title=f"prnav {__version__}", title_justify="left", title_style="bold")
     table.add_column("what", no_wrap=True)
@@ -54,7 +53,7 @@ def _doctor() -> int:
     for finding in findings:
         mark = _MARKS["broken" if finding.required and finding.status != "ok" else finding.status]
         table.add_row(finding.name, mark, escape(finding.detail), escape(finding.remedy))
-    Console().print(table, highlight=False)
+    Screen().print(table, highlight=False)
     if healthy(findings):
         print("Everything that is required works.")
         return 0

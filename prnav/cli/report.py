@@ -6,13 +6,13 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from prnav.cli._common import command
-from prnav.files import write_text
+from prnav.cli._common import Parser, command
+from prnav.files import check_writable, write_text
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav-report",
         description="Write one HTML page about runs: results, learning curves, trajectories. It opens from disk.",
     )
@@ -31,7 +31,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser().parse_args(argv)
     from prnav.report.page import make_page, read_run
 
+    path = Path(options.out) if options.out else Path(options.runs[0]) / "report.html"
     runs = [read_run(run) for run in options.runs]
+    check_writable(path)
     if options.video:
         from prnav.catalog import task_spec
         from prnav.evaluate.records import load_traces
@@ -40,7 +42,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             for film in task_spec(evaluation.header["task"]).pictures.film(evaluation, load_traces(evaluation)):
                 print(f"film  {film}")
     page = make_page(runs, options.title)
-    path = Path(options.out) if options.out else Path(options.runs[0]) / "report.html"
     write_text(path, page)
     print(f"page  {path}")
     return 0

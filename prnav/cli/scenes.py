@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import (
+    Parser,
+    Screen,
+    add_data_options,
+    amount,
+    check_data_options,
+    command,
+    natural,
+    pixels,
+    whole_number,
+    workers,
+)
 from prnav.cli._scene_views import contact_sheet, floor_levels, floor_map, views
-from prnav.errors import NavMeshError, SceneError
+from prnav.errors import NavMeshError, SceneError, SceneNote
 from prnav.scene import DATA_SETS, SceneFile, SceneMesh, load_scene, open_scene_set, scene_ids
 
 if TYPE_CHECKING:
@@ -22,7 +34,7 @@ _SPLITS = ("train", "val", "test")
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(prog="prnav-scenes", description="Built-in homes and mesh files.")
+    parser = Parser(prog="prnav-scenes", description="Built-in homes and mesh files.")
     commands = parser.add_subparsers(dest="command", required=True)
 
     sub = commands.add_parser("list", help="ids of the built-in homes, or of a data set's scenes")
@@ -32,20 +44,21 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     sub = commands.add_parser("generate", help="make the built-in homes, keep them in the cache and check their hashes")
     sub.add_argument("--split", choices=_SPLITS)
-    sub.add_argument("--workers", type=int, default=0, help="processes (default: one per core)")
+    sub.add_argument("--workers", type=whole_number(0, 1024), default=0, help="processes (default: one per core)")
     sub.add_argument("--manifest", type=Path, help="write the homes' hashes to this file instead of checking them")
     sub.set_defaults(run=_generate)
 
     sub = commands.add_parser("info", help="triangles, size, textures and walkable area of a scene")
     _add_source(sub)
+    sub.add_argument("--json", metavar="FILE", type=Path, help="also write it as JSON")
     sub.set_defaults(run=_info)
 
     sub = commands.add_parser("preview", help="a picture of a scene: views from inside and a map of each floor")
     _add_source(sub)
     sub.add_argument("--out", type=Path, required=True, help="PNG file to write")
-    sub.add_argument("--views", type=int, default=11, help="views from inside (default: 11)")
-    sub.add_argument("--size", type=int, default=256, help="pixels of each (default: 256)")
-    sub.add_argument("--seed", type=int, default=0, help="where the views are taken, or where the goal is")
+    sub.add_argument("--views", type=whole_number(1, 256), default=11, help="views from inside (default: 11)")
+    sub.add_argument("--size", type=pixels, default=256, help="pixels of each (default: 256)")
+    sub.add_argument("--seed", type=natural, default=0, help="where the views are taken, or where the goal is")
     sub.add_argument("--navmesh", action="store_true", help="draw the floor instead: islands, a path, distances")
     sub.set_defaults(run=_preview)
 
@@ -57,16 +70,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub = commands.add_parser("card", help="pictures and tables of the built-in homes' data card")
     sub.add_argument("--out", type=Path, required=True, help="folder to write the pictures to")
     sub.add_argument("--split", choices=_SPLITS, help="default: all")
-    sub.add_argument("--size", type=int, default=320, help="pixels of each picture on the sheet (default: 320)")
+    sub.add_argument("--size", type=pixels, default=320, help="pixels of each picture on the sheet (default: 320)")
     sub.set_defaults(run=_card)
 
     sub = commands.add_parser("check", help="try every scene, navmesh and episode file of a folder, in one pass")
     sub.add_argument("folder", metavar="DIR", type=Path, help="folder to search; with --data the data root")
     sub.add_argument("--data", choices=DATA_SETS, help="only this data set under DIR, with its configs and navmeshes")
+    sub.add_argument("--data-root", metavar="DIR", help="folder that pictures of meshes may be in, above their own")
     sub.add_argument("--json", metavar="FILE", type=Path, help="also write what was found as JSON")
-    sub.add_argument("--timeout", metavar="S", type=float, default=300.0, help="seconds for a file (default: 300)")
-    sub.add_argument("--memory", metavar="GB", type=float, default=4.0, help="memory for a file (default: 4)")
-    sub.add_argument("--workers", metavar="N", type=int, default=1, help="files at once (default: 1)")
+    sub.add_argument(
+        "--timeout",
+        metavar="S",
+        type=amount(0.001, 1e6, "seconds"),
+        default=300.0,
+        help="seconds for a file (default: 300)",
+    )
+    sub.add_argument(
+        "--memory",
+        metavar="GB",
+        type=amount(0.01, 1e5, "gigabytes"),
+        default=4.0,
+        help="memory for a file (default: 4)",
+    )
+    sub.add_argument("--workers", metavar="N", type=workers, default=1, help="files at once (default: 1)")
     sub.set_defaults(run=_check)
 
     arguments = parser.parse_args(argv)
@@ -83,7 +109,9 @@ def _add_source(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_data(parser: argparse.ArgumentParser) -> None:
-    add_data_options(parser, "folder with scene_datasets/ in it")
+    add_data_options(
+        parser, "with --data the folder with scene_datasets/ in it, else one that a mesh's pictures are in"
+    )
 
 
 def _place(arguments: argparse.Namespace) -> str | SceneFile:
@@ -95,7 +123,8 @@ def _place(arguments: argparse.Namespace) -> str | SceneFile:
 
 
 def _open(arguments: argparse.Namespace) -> SceneMesh:
-    return load_scene(_place(arguments), arguments.up)
+    root = None if arguments.data is not None else arguments.data_root
+    return load_scene(_place(arguments), arguments.up, root=root)
 
 
 def _open_navmesh(arguments: argparse.Namespace, scene: SceneMesh) -> tuple[NavMesh, str]:
@@ -111,26 +140,31 @@ def _open_navmesh(arguments: argparse.Namespace, scene: SceneMesh) -> tuple[NavM
 def _check(arguments: argparse.Namespace) -> int:
     import json
 
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
+    from prnav.cli._progress import LineProgress
     from prnav.episodes.check_files import CheckLimits, check_tasks, find_tasks
-    from prnav.files import write_text
+    from prnav.files import check_writable, write_text
     from prnav.version import __version__
 
-    limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers)
+    if arguments.json is not None:
+        check_writable(arguments.json)
+    limits = CheckLimits(arguments.timeout, arguments.memory, arguments.workers, arguments.data_root)
     tasks = find_tasks(arguments.folder, arguments.data)
-    console = Console(stderr=True)
+    console = Screen(stderr=True)
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+    with LineProgress(*columns, console=console) as bars:
         task = bars.add_task("", total=len(tasks))
 
         def show(report: Report) -> None:
             bars.update(task, advance=1, description=report.path)
             if report.problem is not None:
                 print(f"broken  {report.path}: {report.problem}")
-            elif any("not here" in note for note in report.notes):
+            elif report.warnings and report.kind == "episodes":
                 print(f"note    {report.path}: {'; '.join(report.notes)}")
+            else:
+                for warning in report.warnings:
+                    print(f"note    {report.path}: {warning}")
 
         reports = check_tasks(tasks, arguments.folder, arguments.data, limits, show)
     summary = _summary(reports)
@@ -184,7 +218,9 @@ def _generate(arguments: argparse.Namespace) -> None:
     if arguments.workers < 0:
         raise SceneError(f"--workers {arguments.workers}: at least 1, or 0 for one per core")
     names, hashes = _ids(arguments.split), {}
-    with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as bars:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    console = Screen(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         task = bars.add_task("homes", total=len(names))
         for name, found in make_homes(names, arguments.workers or available_cores()):
             hashes[name] = found
@@ -199,7 +235,11 @@ def _generate(arguments: argparse.Namespace) -> None:
 
 
 def _info(arguments: argparse.Namespace) -> None:
-    scene = _open(arguments)
+    from prnav.navmesh.extent import extent_doubts
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneNote)  # printed below
+        scene = _open(arguments)
     low, high = scene.bounds
     size = " x ".join(f"{value:.2f}" for value in high - low)
     texels = scene.atlas.texels.nbytes
@@ -208,12 +248,28 @@ def _info(arguments: argparse.Namespace) -> None:
     print(f"triangles  {len(scene.faces):,} ({len(scene.vertices):,} vertices)")
     print(f"size       {size} m (x, y, z), from ({', '.join(f'{value:.2f}' for value in low)})")
     print(f"textures   {scene.atlas.num_textures - 1}, {texels:,} bytes ({texels / 1e6:.1f} MB) with mip levels")
+    notes = [*scene.notes, *extent_doubts(scene)]
+    for note in notes:
+        print(f"note       {note}")
     _info_plan(arguments.scene)
+    facts: dict[str, Any] = {
+        "name": scene.name,
+        "sha256": scene.hash,
+        "triangles": len(scene.faces),
+        "vertices": len(scene.vertices),
+        "bounds": scene.bounds.tolist(),
+        "textures": scene.atlas.num_textures - 1,
+        "notes": notes,
+        "walkable": None,
+    }
     try:
         navmesh, origin = _open_navmesh(arguments, scene)
     except NavMeshError as error:
         print(f"walkable   nothing: {error}")
+        _write_json(arguments.json, facts | {"problem": str(error)})
         return
+    facts["walkable"] = [island.area for island in navmesh.islands]
+    _write_json(arguments.json, facts | {"navmesh": origin})
     areas = sorted((island.area for island in navmesh.islands), reverse=True)
     share = 100.0 * areas[0] / sum(areas)
     print(f"floors at  {', '.join(f'{level:.1f}' for level in floor_levels(navmesh))} m")
@@ -221,6 +277,15 @@ def _info(arguments: argparse.Namespace) -> None:
     print(f"navmesh    {origin}")
     if len(areas) > 1:
         print(f"islands    {', '.join(f'{area:.1f}' for area in areas[:8])}{' ...' if len(areas) > 8 else ''} m2")
+
+
+def _write_json(path: Path | None, facts: dict[str, Any]) -> None:
+    import json
+
+    from prnav.files import write_text
+
+    if path is not None:
+        write_text(path, json.dumps(facts, indent=1) + "\n")
 
 
 def _info_plan(name: str) -> None:
@@ -252,12 +317,13 @@ def _export(arguments: argparse.Namespace) -> None:
 def _preview(arguments: argparse.Namespace) -> None:
     from PIL import Image
 
-    from prnav.files import atomic_path
+    from prnav.files import atomic_path, check_writable
 
     if arguments.views < 1 or arguments.size < 16:
         raise SceneError(f"--views {arguments.views} --size {arguments.size}: at least 1 view of 16 pixels")
     if arguments.out.suffix.lower() != ".png":
         raise SceneError(f"{arguments.out}: the name must end in .png")
+    check_writable(arguments.out)
     if arguments.navmesh:
         _preview_navmesh(arguments)
         return
@@ -286,14 +352,16 @@ def _preview_navmesh(arguments: argparse.Namespace) -> None:
 
 
 def _card(arguments: argparse.Namespace) -> None:
-    from rich.progress import track
+    from rich.progress import Progress
 
     from prnav.cli._scene_card import card_table, episode_lines, measure_homes, write_figure, write_sheet
     from prnav.episodes import load_builtin_table
 
     if arguments.size < 16:
         raise SceneError(f"--size {arguments.size}: at least 16 pixels")
-    rows = measure_homes(_ids(arguments.split), lambda names: track(names, description="homes"))
+    console = Screen(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
+        rows = measure_homes(_ids(arguments.split), lambda names: bars.track(names, description="homes"))
     splits = [arguments.split] if arguments.split else list(_SPLITS)
     tables = {split: load_builtin_table(split, per_scene=56)[0] for split in splits}
     write_sheet(arguments.out / "prhouses.png", arguments.size)

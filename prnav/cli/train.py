@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
 
 from prnav.catalog import TASKS, task_spec
-from prnav.cli._common import add_data_options, check_data_options, command
+from prnav.cli._common import (
+    Parser,
+    Screen,
+    add_data_options,
+    check_data_options,
+    command,
+    natural,
+    whole_number,
+)
 from prnav.cli._watch import load_validation, with_wandb
 from prnav.errors import ConfigError
 
@@ -30,7 +39,7 @@ Show = Callable[[dict[str, Any]], None]
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog="prnav-train",
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
         epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
@@ -41,9 +50,12 @@ def parser() -> argparse.ArgumentParser:
         "--config", metavar="NAME|FILE", help="a shipped experiment or a TOML file (default: the task's quickstart)"
     )
     p.add_argument(
-        "--steps", type=int, metavar="N", help="simulation steps in all; a warm start keeps its share of them"
+        "--steps",
+        type=whole_number(1, 10**15),
+        metavar="N",
+        help="simulation steps in all; a warm start keeps its share of them",
     )
-    p.add_argument("--seed", type=int, metavar="S", help="seed of weights, actions and episode order")
+    p.add_argument("--seed", type=natural, metavar="S", help="seed of weights, actions and episode order")
     p.add_argument("--warmstart", choices=("imitation", "none"), help="whether to imitate the oracle first")
     p.add_argument("--blind", action="store_true", help="train an agent without photoreceptors")
     p.add_argument("--wandb", metavar="PROJECT", help="also send metrics to Weights & Biases (pip install wandb)")
@@ -51,9 +63,9 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
     where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
     data = p.add_argument_group("data")
-    data.add_argument("--episodes", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
+    data.add_argument("--episodes-file", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
-    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes are")
+    add_data_options(data, "folder with scene_datasets/ in it, or one under which the scenes of --episodes-file are")
     data.add_argument("--scene", metavar="FILE", action="append", help="mesh that the episodes name (repeatable)")
     data.add_argument("--up", choices=("y", "z"), help="up axis of mesh files (default: what the episodes say, else y)")
     return p
@@ -69,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     folder = RunFolder(Path(options.run) if options.run else Path("runs") / config.name)
     workers = join_workers()
     workers.on_first(lambda: check_folder(folder, config, options.resume))
-    console = Console(stderr=True, highlight=False, quiet=not workers.first)
+    console = Screen(stderr=True, highlight=False, quiet=not workers.first)
     groups, world = load_environments(config, console)
     board = progress_bar(console)
     report = reporter(config, console, board)
@@ -122,7 +134,7 @@ def configure(options: argparse.Namespace) -> TrainConfig:
         if value is not None:
             settings.append(f"{key}={value}")
     for key, text in (
-        ("env.episodes", options.episodes),
+        ("env.episodes", options.episodes_file),
         ("env.episode_split", options.split),
         ("env.data", options.data),
         ("env.data_root", options.data_root),
@@ -175,7 +187,7 @@ def load_environments(config: TrainConfig, console: Console) -> tuple[list[Batch
     with console.status("loading scenes") as status:
 
         def loading(done: int, total: int, name: str) -> None:
-            status.update(f"loading {done}/{total} {name}")
+            status.update(Text(f"loading {done}/{total} {name}"))
 
         spec = config.spec
         spec.prepare(config.env, loading)
@@ -214,7 +226,7 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
 def progress_bar(console: Console) -> Progress:
     """A line that is redrawn, on a terminal."""
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=24),
         TextColumn("{task.completed:,.0f}/{task.total:,.0f}"),
         TimeElapsedColumn(),

@@ -71,8 +71,8 @@ class BatchEnv(Protocol):
 class HasExpert(Protocol):
     """Environments with an oracle that can be imitated."""
 
-    def expert_actions(self) -> NDArray[np.int64]:
-        """The oracle's action in every environment, (N,)."""
+    def expert_actions(self) -> NDArray[Any]:
+        """The oracle's action in every environment, as :attr:`BatchEnv.action_spec` has them, (N,) or (N, D)."""
         ...
 
 

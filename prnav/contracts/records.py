@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.errors import RecordError
+
 Array = NDArray[Any]
 
 Outcome = dict[str, Any]
@@ -32,8 +34,16 @@ class Trace:
         return len(self.steps["actions"])
 
     def __getitem__(self, name: str) -> Array:
-        """The array of that name, of states or of steps."""
-        return self.states[name] if name in self.states else self.steps[name]
+        """The array of that name, of states or of steps.
+
+        Raises:
+            RecordError: there is none.
+        """
+        for arrays in (self.states, self.steps):
+            if name in arrays:
+                return arrays[name]
+        have = ", ".join(sorted([*self.states, *self.steps]))
+        raise RecordError(f"records: an episode's trace has no {name!r}, only {have}; evaluate again with --restart")
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,7 @@ from prnav.design.joint import JointTrainer
 from prnav.design.specialist import Judge, mean_of, row_of, specialist_config
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.result_kinds import read_start
 from prnav.sensors import Design, load_design, moved_design, save_design, theta_to_pose, with_free_values
 from prnav.train import RunFolder
 
@@ -139,13 +140,13 @@ class Optimizer:
         place = self._place(number)
         done = place / "start.json"
         if done.exists():
-            return json.loads(done.read_text(encoding="utf-8"))
+            return read_start(done)
         initial = self.config.initial_design(number)
         save_design(initial, place / "initial.toml")
         method = {"joint": self._joint, "halving": self._halving}.get(self.config.method, self._study)
         found, facts = method(initial, number)
         if done.exists():  # another process on the same study was first
-            return json.loads(done.read_text(encoding="utf-8"))
+            return read_start(done)
         save_design(found, place / "found.toml")
         score = {"joint": "generalist", "halving": "specialist"}.get(self.config.method, self.config.score)
         facts = {"start": number, "method": self.config.method, "score": score, **facts}

@@ -8,7 +8,8 @@ within a box around the initial one, which is always tried first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -16,6 +17,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.design.claims import TrialClaims
 from prnav.errors import ConfigError
 from prnav.sensors import AXES, Design, with_free_values
 
@@ -105,23 +107,54 @@ def search(
         sampler=_sampler(optuna, method, seed),
     )
     space = {key: optuna.distributions.FloatDistribution(-config.bound, config.bound) for key in names}
-    if not study.get_trials(deepcopy=False):
-        study.enqueue_trial(dict.fromkeys(names, 0.0))
-    while True:
-        done = _finished(optuna, study, names)
-        if len(done) >= config.trials:
-            if any(not one.values.any() for one in done):
-                return done
-            study.enqueue_trial(dict.fromkeys(names, 0.0))
-        trial = study.ask(space)
-        values = np.array([trial.params[key] for key in names])
-        value = score(with_free_values(values, design))
-        if not math.isfinite(value):
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
-            raise ConfigError(f"study {name}: design {trial.number} has the score {value}; it must be a finite number")
-        study.tell(trial, value)
-        done = _finished(optuna, study, names)
-        report(next(one for one in done if one.number == trial.number), best_of(done))
+    claims = None if "://" in str(storage) else TrialClaims(Path(f"{storage}.claims"))
+    try:
+        while True:
+            with nullcontext() if claims is None else claims.alone():
+                if not study.get_trials(deepcopy=False):
+                    study.enqueue_trial(dict.fromkeys(names, 0.0))
+                done = _finished(optuna, study, names)
+                trial = _abandoned(optuna, study, space, claims)
+                if trial is None:
+                    if len(done) >= config.trials:
+                        if any(not one.values.any() for one in done):
+                            return done
+                        study.enqueue_trial(dict.fromkeys(names, 0.0))
+                    trial = study.ask(space)
+                    if claims is not None:
+                        claims.take(trial.number)
+            values = np.array([trial.params[key] for key in names])
+            value = score(with_free_values(values, design))
+            if not math.isfinite(value):
+                study.tell(trial, state=optuna.trial.TrialState.FAIL)
+                raise ConfigError(
+                    f"study {name}: design {trial.number} has the score {value}; it must be a finite number"
+                )
+            study.tell(trial, value)
+            if claims is not None:
+                claims.let_go(trial.number)
+            done = _finished(optuna, study, names)
+            report(next(one for one in done if one.number == trial.number), best_of(done))
+    finally:
+        if claims is not None:
+            claims.close()
+
+
+def _abandoned(optuna: Any, study: Any, space: Mapping[str, Any], claims: TrialClaims | None) -> Any:
+    """The first trial that was begun and that nobody is at, claimed and with its values; None where there is none.
+
+    What a trial tries is asked again by its number, and so the same: a search that was killed goes on as if it had not
+    been. Who works on the trials of a database is not known here; there they stay unfinished.
+    """
+    if claims is None:
+        return None
+    for frozen in study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.RUNNING,)):
+        if claims.take(frozen.number):
+            trial = optuna.trial.Trial(study, frozen._trial_id)
+            for key, distribution in space.items():
+                trial.suggest_float(key, distribution.low, distribution.high)
+            return trial
+    return None
 
 
 def initial_of(trials: Sequence[Trial]) -> Trial:

@@ -18,6 +18,7 @@ from prnav.contracts import MEASURES, Progress, TaskConfig, World
 from prnav.design.judging import Measures, play_design
 from prnav.files import write_text
 from prnav.policy import Policy
+from prnav.result_kinds import read_judged
 from prnav.sensors import Design, save_design
 from prnav.train import RunFolder, TrainConfig, Trainer, load_policy
 
@@ -107,7 +108,7 @@ class Judge:
         done = folder / "judged.json"
         asked = {"steps": config.total_steps, "seed": config.seed, "episodes": self.config.episodes}
         if done.exists():
-            told = json.loads(done.read_text(encoding="utf-8"))
+            told = read_judged(done)
             if told["asked"] == asked:
                 return {name: np.array(values) for name, values in told["measures"].items()}
         policy = self._trained(config, design, RunFolder(folder))

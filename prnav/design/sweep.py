@@ -20,6 +20,8 @@ from prnav.design.specialist import Judge, row_of
 from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.result_kinds import PLAN_KIND, read_judged
+from prnav.schema import read_json
 from prnav.sensors import load_design, save_design
 
 PLAN, RESULTS = "plan.json", "results.jsonl"
@@ -77,10 +79,10 @@ def read_plan(folder: Path) -> tuple[str, list[Job]]:
         ConfigError: there is none, or it is broken.
     """
     path = folder / PLAN
+    plan = read_json(path, PLAN_KIND, ConfigError, f"make a plan with prnav-design sweep KIND --out {folder}")
     try:
-        plan = json.loads(path.read_text(encoding="utf-8"))
         return str(plan["kind"]), [Job(**job) for job in plan["jobs"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except TypeError as error:
         raise ConfigError(
             f"{path}: is no plan ({error}); make one with prnav-design sweep KIND --out {folder}"
         ) from error
@@ -114,7 +116,7 @@ def collect(folder: Path) -> list[dict[str, Any]]:
     kind, jobs = read_plan(folder)
     rows = []
     for job in _done(folder, jobs):
-        told = json.loads((folder / "jobs" / job.name / "judged.json").read_text(encoding="utf-8"))
+        told = read_judged(folder / "jobs" / job.name / "judged.json")
         facts = {"group": job.group, "task": job.task, "seed": job.seed, "steps": told["asked"]["steps"], "kind": kind}
         rows.append(row_of(load_design(folder / job.design), told["measures"], **facts))
     write_text(folder / RESULTS, "".join(json.dumps(row) + "\n" for row in rows))

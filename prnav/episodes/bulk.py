@@ -13,9 +13,7 @@ from __future__ import annotations
 import dataclasses
 import glob
 import multiprocessing
-import os
 import queue
-import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,10 +23,14 @@ from prnav.episodes.builtin import make_header
 from prnav.episodes.files import content_names, read_header, write_episode_stream
 from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
+from prnav.files import held_folder
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
+from prnav.navmesh.cover import indoor_floors
+from prnav.processes import deaf_children, end_processes, worker_process
 from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
+from prnav.scene.library import is_built_in
 
 Progress = Callable[[str, int], object]
 """Called with a scene's id and how many more of its episodes are there."""
@@ -45,6 +47,7 @@ class BulkConfig:
     navmesh_files: bool = True  #: take the navmesh beside a data set's scene where there is one
     navmesh: NavMeshSettings = NavMeshSettings()
     limits: GenerationConfig = GenerationConfig()
+    root: str | None = None  #: folder that pictures of mesh files may be in
 
 
 class Written(NamedTuple):
@@ -72,8 +75,20 @@ def generate_files(
 
     Raises:
         PrnavError: a scene cannot be read, or has no episodes.
-        EpisodeError: a process was killed.
+        EpisodeError: a process was killed, or another one writes to the same folder.
     """
+    taken = f"{path.parent}: another process draws episodes here; wait for it, or choose another --out or --split"
+    with held_folder(path.parent, EpisodeError, taken):
+        return _generate_files(sources, path, config, workers, progress)
+
+
+def _generate_files(
+    sources: Mapping[str, Source],
+    path: Path,
+    config: BulkConfig,
+    workers: int | None,
+    progress: Progress | None,
+) -> Written:
     content = path.parent / "content"
     alone = len(sources) == 1
     files = {scene_id: content / f"{name}.json.gz" for scene_id, name in content_names(sources).items()}
@@ -123,7 +138,7 @@ Note = Callable[[str, str, Any], object]
 def _draw(job: Job, config: BulkConfig, note: Note) -> None:
     """Write one scene's file, unless it is there."""
     scene_id, source, file = job
-    scene = load_scene(source, config.up)
+    scene = load_scene(source, config.up, root=config.root)
     header = _header(config, {scene_id: scene.hash}, {scene_id: _origin(source, config)})
     header["prnav"] |= {"builder": BUILDER_VERSION, "per_scene": config.per_scene}
     header["prnav"]["limits"] = dataclasses.asdict(config.limits)
@@ -134,9 +149,11 @@ def _draw(job: Job, config: BulkConfig, note: Note) -> None:
             navmesh, _ = scene_navmesh(source, scene, config.navmesh, config.navmesh_files)
         else:
             navmesh = load_navmesh(scene, config.navmesh)
+        built_in = isinstance(source, str) and is_built_in(source)
+        floors = None if built_in or config.limits.roofs else indoor_floors(navmesh, scene)
 
         def records() -> Iterator[str]:
-            for table in generate_chunks(navmesh, scene_id, config.per_scene, config.seed, config.limits):
+            for table in generate_chunks(navmesh, scene_id, config.per_scene, config.seed, config.limits, floors):
                 yield from table.to_json()
                 note("drawn", scene_id, len(table))
 
@@ -160,12 +177,12 @@ def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) ->
     """Have worker processes take the jobs one by one, and pass on what they say."""
     context = multiprocessing.get_context("spawn")
     messages, following = context.Queue(), context.Value("q", 0)
-    arguments = (jobs, config, messages, following, os.getpid())
-    processes = [context.Process(target=_worker, args=arguments, daemon=True) for _ in range(workers)]
-    for process in processes:
-        process.start()
+    processes = [worker_process(context, _worker, jobs, config, messages, following) for _ in range(workers)]
     done = 0
     try:
+        with deaf_children():
+            for process in processes:
+                process.start()
         while done < len(jobs):
             try:
                 kind, scene_id, value = messages.get(timeout=1.0)
@@ -182,19 +199,13 @@ def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) ->
             done += kind == "done"
             note(kind, scene_id, value)
     finally:
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.join()
+        end_processes(processes)
 
 
-def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Any, following: Any, parent: int) -> None:
-    """Take jobs until there are no more, or until the process that asked for them is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
+def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Any, following: Any) -> None:
+    """Take jobs until there are no more."""
 
     def note(kind: str, scene_id: str, value: Any) -> None:
-        if os.getppid() != parent:
-            os._exit(1)  # nobody listens: not even the queue's thread can end
         messages.put((kind, scene_id, value))
 
     while True:

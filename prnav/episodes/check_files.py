@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from prnav.errors import SceneError
+from prnav.processes import deaf_children
 from prnav.scene.datasets import LAYOUTS, data_folder, open_scene_set
 from prnav.scene.habitat_configs import DATASET_SUFFIX, OBJECT_SUFFIX, SCENE_SUFFIX, STAGE_SUFFIX
 from prnav.scene.source import SUFFIXES as MESH_SUFFIXES
@@ -55,7 +56,8 @@ class Report:
     kind: Kind
     path: str  #: relative to the folder
     problem: str | None  #: why it does not work; None where it does
-    notes: tuple[str, ...] = ()  #: what else is worth knowing
+    notes: tuple[str, ...] = ()  #: what else is worth knowing, the warnings among it
+    warnings: tuple[str, ...] = ()  #: what was not found, left out, or looks wrong
     seconds: float = 0.0
 
     def to_record(self) -> dict[str, Any]:
@@ -70,6 +72,7 @@ class CheckLimits:
     seconds: float = 300.0
     memory_gb: float = 4.0
     workers: int = 1
+    root: str | None = None  #: folder that pictures of meshes may be in, above their own
 
     def __post_init__(self) -> None:
         if self.seconds <= 0 or self.memory_gb < 0.5 or self.workers < 1:
@@ -193,13 +196,13 @@ class _Worker:
 
     def run(self, task: Task) -> Report:
         start = time.monotonic()
-        request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id}
+        request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id, "root": self.limits.root}
         answer = self._ask(json.dumps(request).encode() + b"\n")
         relative = os.path.relpath(task.path, self.folder)
-        problem, notes = answer.get("problem"), tuple(answer.get("notes", ()))
+        problem, notes, warnings = answer.get("problem"), tuple(answer.get("notes", ())), answer.get("warnings", ())
         if problem is not None:
             problem = _short(problem, task.path)
-        return Report(task.kind, relative, problem, notes, round(time.monotonic() - start, 3))
+        return Report(task.kind, relative, problem, notes, tuple(warnings), round(time.monotonic() - start, 3))
 
     def _ask(self, request: bytes) -> dict[str, Any]:
         if self._process is None or self._process.poll() is not None:
@@ -235,7 +238,8 @@ class _Worker:
     def _start(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "prnav.episodes.check_worker", str(self.folder), self.data or ""]
         command.append(str(int(self.limits.memory_gb * 2**30)))
-        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        with deaf_children():
+            return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
     def close(self) -> None:
         if self._process is not None:

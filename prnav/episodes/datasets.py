@@ -31,7 +31,7 @@ def find_episodes(name: str, root: str | Path, split: str) -> Path:
     wanted = base / LAYOUTS[name].episodes[0] / "v1" / split / f"{split}.json.gz"
     raise EpisodeError(
         f"data set {name}: no episodes of split {split!r} at {wanted} ({there}); fetch them, name others with "
-        f"--episodes, or draw some: prnav-episodes generate --data {name} --data-root {root}"
+        f"--episodes-file, or draw some: prnav-episodes generate --data {name} --data-root {root}"
     )
 
 

@@ -18,6 +18,7 @@ from prnav.frames import quaternion_to_yaw
 
 EPISODE_KEYS = ("episode_id", "scene_id", "start_position", "start_rotation", "info", "goals")
 GOAL_KEYS = ("position", "radius")
+_UPRIGHT = 0.05  #: y and w of a quaternion x, y, z, w together: less stands upside down
 MAX_COORDINATE = 1e6  #: positions farther from the origin [m] are refused as damage
 
 Vector = tuple[float, ...]
@@ -96,6 +97,9 @@ def episode_from_record(record: Any, source: str, index: int) -> Episode:
     rotation = _vector(_get(record, "start_rotation", where), 4, where, "start_rotation")
     if abs(math.hypot(*rotation) - 1.0) > 1e-2:
         _refuse(where, "start_rotation", list(rotation), "a unit quaternion x, y, z, w")
+    if math.hypot(rotation[1], rotation[3]) < _UPRIGHT:
+        valid = "x, y, z, w; this stands upside down and is upright as w, x, y, z: put its first number last"
+        _refuse(where, "start_rotation", list(rotation), valid)
     info = record.get("info")
     if info is None:
         if "info" in record:

@@ -64,6 +64,16 @@ def episode_files(path: str | Path, split: str | None = None) -> list[Path]:
     return [main]
 
 
+def episode_splits(path: str | Path) -> list[str]:
+    """Names of the splits in a folder of episodes, none for a file or where there is nothing."""
+    folder = Path(path)
+    if not folder.is_dir():
+        return []
+    names = [_stem(file.name) for file in sorted(folder.glob("*.json*")) if file.name.endswith((".json.gz", ".json"))]
+    names += sorted(inner.name for inner in folder.iterdir() if (inner / f"{inner.name}.json.gz").is_file())
+    return list(dict.fromkeys(names))
+
+
 def _split_file(path: Path, split: str | None) -> Path:
     if path.is_file():
         return path

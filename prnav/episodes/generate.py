@@ -31,6 +31,7 @@ from prnav.frames import yaw_to_quaternion
 
 if TYPE_CHECKING:
     from prnav.navmesh import NavMesh
+    from prnav.navmesh.cover import IndoorFloors
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +53,7 @@ class GenerationConfig:
     island_radius_limit: float = 1.5  #: smallest radius of the island [m]
     max_height_difference: float = 0.5  #: between start and goal [m]
     max_targets: int = 500  #: goals tried for each episode before the scene is given up
+    roofs: bool = False  #: whether roofs and open air get episodes where the scene has rooms (Habitat: yes)
 
     def __post_init__(self) -> None:
         """Refuse limits that no pair can meet."""
@@ -88,6 +90,7 @@ def generate_table(
     seed: int,
     config: GenerationConfig = GenerationConfig(),  # noqa: B008 (frozen)
     progress: Callable[[int], object] | None = None,
+    floors: IndoorFloors | None = None,
 ) -> EpisodeTable:
     """Episodes 0 .. count - 1 of a scene as columns.
 
@@ -98,12 +101,13 @@ def generate_table(
         seed: any integer >= 0.
         config: the limits.
         progress: called with the number of episodes done.
+        floors: where starts and goals may be (:func:`prnav.navmesh.cover.indoor_floors`); everywhere by default.
 
     Raises:
         EpisodeError: the scene has no such pairs, or so few that drawing them takes too long.
     """
     tables = []
-    for table in generate_chunks(navmesh, scene_id, count, seed, config):
+    for table in generate_chunks(navmesh, scene_id, count, seed, config, floors):
         tables.append(table)
         if progress is not None:
             progress(int(table.episode_ids[-1]) + 1)
@@ -116,6 +120,7 @@ def generate_chunks(
     count: int,
     seed: int,
     config: GenerationConfig = GenerationConfig(),  # noqa: B008 (frozen)
+    floors: IndoorFloors | None = None,
 ) -> Iterator[EpisodeTable]:
     """:func:`generate_table` piece by piece, so that memory does not grow with ``count``.
 
@@ -132,9 +137,13 @@ def generate_chunks(
             f"{config.island_radius_limit} m; check the scene's up axis and scale"
         )
     large = radii >= config.island_radius_limit
+    if floors is not None and not config.roofs:
+        large &= floors.islands
+    else:
+        floors = None
     for first in range(0, count, CHUNK):
         size = min(CHUNK, count - first)
-        starts, goals, yaws, distances = _generate_rows(navmesh, scene_id, large, seed, first, size, config)
+        starts, goals, yaws, distances = _generate_rows(navmesh, scene_id, large, floors, seed, first, size, config)
         yield EpisodeTable(
             scene_ids=(scene_id,),
             scene_index=np.zeros(size, np.int32),
@@ -150,6 +159,7 @@ def _generate_rows(
     navmesh: NavMesh,
     scene_id: str,
     large: NDArray[np.bool_],
+    floors: IndoorFloors | None,
     seed: int,
     first: int,
     size: int,
@@ -172,7 +182,7 @@ def _generate_rows(
             entered += BLOCK
         numbers, luck = _draw(streams, lanes, tries)
         targets[lanes] += 1
-        pick, start, goal, distance = _first_fit(navmesh, large, numbers, luck[:, 1:], config)
+        pick, start, goal, distance = _first_fit(navmesh, large, floors, numbers, luck[:, 1:], config)
         hit = pick >= 0
         rows = lanes[hit]
         starts[rows], goals[rows], distances[rows] = start[hit], goal[hit], distance[hit]
@@ -205,7 +215,12 @@ def _draw(streams: dict[int, np.random.Generator], lanes: NDArray[np.int64], tri
 
 
 def _first_fit(
-    navmesh: NavMesh, large: NDArray[np.bool_], numbers: Floats, luck: Floats, config: GenerationConfig
+    navmesh: NavMesh,
+    large: NDArray[np.bool_],
+    floors: IndoorFloors | None,
+    numbers: Floats,
+    luck: Floats,
+    config: GenerationConfig,
 ) -> tuple[NDArray[np.int64], Floats, Floats, Floats]:
     """For goals and starts drawn by ``numbers`` (n, 1 + tries, 3), the first start that fits its goal.
 
@@ -217,6 +232,8 @@ def _first_fit(
     pick, starts, distances = np.full(count, -1, np.int64), np.empty((count, 3)), np.empty(count)
     unlikely = luck > keep_probability(np.full(1, STRAIGHT), config)  # too bad for a pair in plain sight
     rows = np.flatnonzero((goal.islands >= 0) & large[goal.islands])
+    if floors is not None:
+        rows = rows[floors.fit(goal.points[rows], goal.islands[rows])]
     for k in range(tries):
         start = navmesh.locate(navmesh.place(numbers[rows, 1 + k]))
         offset = start.points - goal.points[rows]
@@ -231,6 +248,9 @@ def _first_fit(
         euclid = np.maximum(np.linalg.norm(offset[chosen], axis=1), 1e-9)
         ratio = np.divide(distance, euclid, out=np.zeros_like(euclid), where=good)
         good &= luck[rows[chosen], k] <= keep_probability(ratio, config)
+        if floors is not None:
+            placed = np.flatnonzero(good)
+            good[placed] = floors.fit(start.points[chosen[placed]], start.islands[chosen[placed]])
         fit = rows[chosen[good]]
         pick[fit], starts[fit], distances[fit] = k, start.points[chosen[good]], distance[good]
         rows = rows[pick[rows] < 0]

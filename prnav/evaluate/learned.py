@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +16,10 @@ from prnav.config import config_hash
 from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.errors import CheckpointError
 from prnav.policy import Policy, build_policy
+from prnav.schema import read_json
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
-from prnav.train.run_folder import RunFolder
+from prnav.train.run_folder import FACTS, RunFolder
 from prnav.train.trainer import load_policy
 
 
@@ -90,8 +90,5 @@ def _facts(path: Path) -> dict[str, Any]:
     """The run's ``run.json``; a run without one says nothing."""
     if not path.exists():
         return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"{path}: cannot be read ({error}); restore it or delete it") from error
-    return {**facts, **facts.get("data", {})} if isinstance(facts, dict) else {}
+    facts: dict[str, Any] = read_json(path, FACTS, CheckpointError, "restore it or delete it")
+    return {**facts, **facts.get("data", {})}

@@ -14,7 +14,6 @@ import math
 import os
 import shutil
 import time
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,10 @@ from numpy.typing import NDArray
 from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Header, Played, Trace
 from prnav.errors import ConfigError, RecordError
-from prnav.files import atomic_path, write_text
+from prnav.evaluate.record_kinds import HEADER, TRACES, check_rows
+from prnav.files import atomic_path, read_regular, remove_parts, write_text
+from prnav.schema import read_json
+from prnav.stored_arrays import BROKEN, read_arrays
 
 EVALUATION, RECORDS, TRAJECTORIES, PARTIAL = (
     "evaluation.json",
@@ -40,6 +42,8 @@ BLOCK_EPISODES, BLOCK_SECONDS = 64, 20.0
 """A block is written when it holds so many episodes or is so old: what a kill can cost."""
 
 EpisodeId = tuple[str, str]
+
+_AGAIN = "evaluate again with --restart"
 
 
 class RecordWriter:
@@ -73,6 +77,8 @@ class RecordWriter:
         except RecordError:
             self._lock.close()
             raise
+        remove_parts(self.directory)
+        remove_parts(self.directory / PARTIAL)
         if not self.rows:
             self._clear()
         write_text(self.directory / EVALUATION, _dump({**self._header, "finished": False}, indent=1))
@@ -178,7 +184,7 @@ def load_evaluation(directory: str | Path) -> Evaluation:
         raise RecordError(f"{directory}: the evaluation is unfinished; run the same prnav-eval command to go on")
     path = directory / RECORDS
     try:
-        rows = _parse_rows(path, path.read_bytes())
+        rows = _parse_rows(path, read_regular(path))
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error
     if len(rows) != header.get("episodes"):
@@ -197,9 +203,15 @@ def load_traces(evaluation: Evaluation) -> list[Trace]:
     path = evaluation.directory / TRAJECTORIES
     stored = _read_traces(path)
     try:
-        return [stored[_episode(row)] for row in evaluation.rows]
+        tracks = [stored[_episode(row)] for row in evaluation.rows]
     except KeyError as error:
-        raise RecordError(f"{path}: lacks episode {error}; evaluate again with --restart") from error
+        raise RecordError(f"{path}: lacks episode {error}; {_AGAIN}") from error
+    for row, track in zip(evaluation.rows, tracks, strict=True):
+        if "steps" in row and row["steps"] != len(track):
+            raise RecordError(
+                f"{path}: episode {_episode(row)} has {len(track)} steps and {row['steps']:g} in {RECORDS}; {_AGAIN}"
+            )
+    return tracks
 
 
 def is_finished(directory: str | Path) -> bool:
@@ -240,14 +252,7 @@ def _plain(value: Any) -> Any:
 
 def _read_header(directory: Path) -> dict[str, Any]:
     path = directory / EVALUATION
-    try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error}); make it with prnav-eval") from error
-    except ValueError as error:
-        raise RecordError(f"{path}: not valid JSON ({error}); evaluate again with prnav-eval --restart") from error
-    if not isinstance(header, dict) or not isinstance(header.get("format"), int):
-        raise RecordError(f"{path}: not an evaluation of prnav; make one with prnav-eval")
+    header: dict[str, Any] = read_json(path, HEADER, RecordError, "evaluate again with prnav-eval --restart")
     check_benchmark(header, path)
     if header["format"] > FORMAT:
         raise RecordError(f"{path}: format {header['format']} is newer than {FORMAT}, the newest known; update prnav")
@@ -258,11 +263,10 @@ def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
     rows = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
-            row = json.loads(line)
-            _episode(row)
-        except (ValueError, KeyError, TypeError) as error:
-            raise RecordError(f"{path}: line {number} is not a record; evaluate again with --restart") from error
-        rows.append(row)
+            rows.append(json.loads(line))
+        except (ValueError, RecursionError) as error:
+            raise RecordError(f"{path}: line {number} is not a record; {_AGAIN}") from error
+    check_rows(rows, str(path), _AGAIN)
     return rows
 
 
@@ -304,9 +308,12 @@ def _write_traces(path: Path, traces: Mapping[EpisodeId, Trace]) -> None:
 
 def _read_traces(path: Path) -> dict[EpisodeId, Trace]:
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        arrays = read_arrays(path)
+        for name, like in TRACES.items():
+            like.check(name, arrays[name])
         scenes, episodes, steps = (arrays.pop(name) for name in ("scene_id", "episode_id", "steps"))
+        if len(steps) and not 0 <= int(steps.min()) <= int(steps.max()) <= len(arrays["actions"]):
+            raise ValueError(f"'steps' are from {steps.min()} to {steps.max()}")
         ends = np.cumsum(steps)
         begins = ends - steps
         total, count = int(steps.sum()), len(steps)
@@ -314,6 +321,9 @@ def _read_traces(path: Path) -> dict[EpisodeId, Trace]:
         events = {name: values for name, values in arrays.items() if len(values) == total}
         if len(states) + len(events) != len(arrays) or "actions" not in events:
             raise ValueError("arrays do not have a row for each step, or for each state")
+        for name, values in arrays.items():
+            if values.dtype.kind not in "fiub" or (values.dtype.kind == "f" and not np.isfinite(values).all()):
+                raise ValueError(f"{name!r} holds what is no finite number")
         result = {}
         for i, (scene, episode) in enumerate(zip(scenes, episodes, strict=True)):
             a, b = int(begins[i]), int(ends[i])
@@ -321,6 +331,6 @@ def _read_traces(path: Path) -> dict[EpisodeId, Trace]:
                 {name: values[a + i : b + i + 1] for name, values in states.items()},
                 {name: values[a:b] for name, values in events.items()},
             )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); evaluate again with --restart") from error
+    except BROKEN as error:
+        raise RecordError(f"{path}: cannot be read ({error}); {_AGAIN}") from error
     return result

@@ -16,9 +16,11 @@ import numpy as np
 from prnav.catalog import task_spec
 from prnav.contracts import Evaluation
 from prnav.errors import ConfigError, RecordError
+from prnav.evaluate.record_kinds import RESULT
 from prnav.evaluate.records import RECORDS, TRAJECTORIES, check_benchmark, load_evaluation, load_traces
 from prnav.evaluate.summary import summarise
 from prnav.files import sha256_file, write_text
+from prnav.schema import Anything, MapOf, fit, read_json
 
 SUBMISSION = "submission.json"
 KIND, FORMAT = "prnav-result", 1
@@ -83,16 +85,11 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); give a file that prnav-eval --submit wrote") from error
-    if not isinstance(told, dict) or told.get("kind") != KIND:
+    told: dict[str, Any] = read_json(path, MapOf(Anything()), RecordError, "give a file that prnav-eval --submit wrote")
+    if told.get("kind") != KIND:
         raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
     if told.get("format") != FORMAT:
         raise RecordError(f"{path}: format {told.get('format')!r}; this version of prnav reads {FORMAT}")
     check_benchmark(told, path)
-    lacking = [key for key in ("task", "rules", "measures", "sha256") if not isinstance(told.get(key), dict | str)]
-    if lacking:
-        raise RecordError(f"{path}: lacks {', '.join(lacking)}; make it anew with prnav-eval --submit")
+    fit(told, RESULT, RecordError, str(path), "make it anew with prnav-eval --submit")
     return told

@@ -7,10 +7,7 @@ says, so that nobody waits for a fixed share to end; finished episodes come back
 from __future__ import annotations
 
 import multiprocessing
-import os
 import queue
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
 from typing import TYPE_CHECKING, Any
@@ -19,6 +16,7 @@ from prnav.catalog import task_spec
 from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
 from prnav.play import TraceRecorder, play
+from prnav.processes import deaf_children, end_processes, worker_process
 
 if TYPE_CHECKING:
     from prnav.evaluate.evaluation import Player, Questions
@@ -46,10 +44,11 @@ def play_in_processes(
     asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
-    processes = [context.Process(target=_work, args=arguments, daemon=True) for _ in range(workers)]
-    for process in processes:
-        process.start()
+    processes = [worker_process(context, _work, *arguments) for _ in range(workers)]
     try:
+        with deaf_children():
+            for process in processes:
+                process.start()
         left = len(todo)
         while left:
             try:
@@ -67,10 +66,7 @@ def play_in_processes(
             on_played(answer)
             left -= 1
     finally:
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.join()
+        end_processes(processes)
         answers.close()
 
 
@@ -84,8 +80,6 @@ def _work(
     answers: Queue[Any],
 ) -> None:
     """Play until no episode is left."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when it is over
-    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         name, config, limit = asked
         slots, agent = player.build(task_spec(name).load(config, limit=limit), num_slots)
@@ -94,14 +88,6 @@ def _work(
         answers.put(error)
     answers.close()
     answers.join_thread()
-
-
-def _end_with_parent() -> None:
-    """End this process at once when the parent is gone, however it went: nobody is left to take an answer."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from prnav.errors import NavMeshError
+from prnav.navmesh.fit import check_fit
 from prnav.navmesh.navmesh import NavMesh, load_navmesh
 from prnav.navmesh.settings import NavMeshSettings
 from prnav.scene import SceneFile, SceneMesh
@@ -24,15 +25,17 @@ def scene_navmesh(
         use_files: False builds one in any case.
 
     Raises:
-        NavMeshError: the file is broken, or the scene has no floor.
+        NavMeshError: the file is broken or does not lie on the scene's floors, or the scene has none.
     """
     origin = navmesh_origin(place, use_files)
     if place.navmesh is None or not use_files:
         return load_navmesh(scene, settings), origin
     try:
-        return NavMesh.load(place.navmesh), origin
+        navmesh = NavMesh.load(place.navmesh)
     except NavMeshError as error:
         raise NavMeshError(f"{error}; fetch it again, or build navmeshes instead (navmesh_files=false)") from error
+    check_fit(navmesh, scene, place.navmesh.name)
+    return navmesh, origin
 
 
 def navmesh_origin(place: SceneFile, use_files: bool = True) -> str:

@@ -17,12 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from prnav.errors import NavMeshError
 from prnav.navmesh import compact, detail, heightfield
 from prnav.navmesh.contours import region_contours
+from prnav.navmesh.extent import check_extent
 from prnav.navmesh.polygons import GridPolygons, convex_polygons
 from prnav.navmesh.polymesh import FLAG_WALK, PolyMesh
 from prnav.navmesh.regions import watershed_regions
 from prnav.navmesh.settings import NavMeshSettings
-
-MAX_COLUMNS = 50_000_000  # of the grid; each takes 12 bytes, and every floor cell in it some 80
 
 
 def build_polygons(vertices: ArrayLike, faces: ArrayLike, settings: NavMeshSettings | None = None) -> PolyMesh:
@@ -47,13 +46,8 @@ def build_polygons(vertices: ArrayLike, faces: ArrayLike, settings: NavMeshSetti
     used = points[triangles.reshape(-1)]
     bounds = np.stack([used.min(axis=0), used.max(axis=0)])
     del used
+    check_extent(points, triangles, bounds, settings)
     width, depth = heightfield.grid_size(bounds, settings.cell_size)
-    if width * depth > MAX_COLUMNS:
-        extent = bounds[1] - bounds[0]
-        raise NavMeshError(
-            f"navmesh: the mesh is {extent[0]:.0f} by {extent[2]:.0f} m, {width * depth} cells of cell_size "
-            f"{settings.cell_size}; at most {MAX_COLUMNS} are possible: give a larger cell_size or cut the mesh"
-        )
     if width == 0 or depth == 0:
         return PolyMesh.empty(bounds.astype(np.float64))
     field = floor_cells(points, triangles, bounds, settings)

@@ -13,7 +13,8 @@ one end of their edge (Xin and Wang's filter for exact geodesics, 2009). All by 
 never drop each other. A polygon that rounding has hidden from all windows is reached over the corners of its edges.
 
 Turning points are chosen in the ground plane; lengths are sums of straight segments in space between them, as Habitat
-measures. Rows of ``roots``: x, y, z, cost in the ground plane, length in space.
+measures. All that a search writes is in a :class:`~prnav.navmesh.scratch.Scratch`, which no other search may use
+meanwhile.
 
 Before: :mod:`.locate` has found the polygons of the ends. After: :mod:`.pairs` and :mod:`.goal_fields`.
 """
@@ -26,29 +27,31 @@ import numpy as np
 from numba import njit
 
 from prnav.navmesh.planar import BETTER, JOIN, NARROW, TOUCH, bend, cross, length, nearest_on_segment
+from prnav.navmesh.scratch import HEAP, ROOTS, STAMP, WINDOWS
 
 FULL = -1  #: the arrays are too small; call again with larger ones
 NOWHERE = -2  #: the search ended without the target
-ROOTS = 1 << 27  #: more than a search can have
+MANY_ROOTS = 1 << 27  #: more than a search can have
 
 
 @njit(cache=True, nogil=True)
-def visit_fan(f, stamp, fans, fan_root, bound):
+def visit_fan(f, stamp, fan_stamp, fan_root, bound):
     """Forget what an earlier search left at a fan."""
-    if fans[f] != stamp:
-        fans[f] = stamp
+    if fan_stamp[f] != stamp:
+        fan_stamp[f] = stamp
         fan_root[f] = -1
         bound[f] = math.inf
 
 
 @njit(cache=True, nogil=True)
-def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
+def push(s, base, edge, tl, tr, root, forced, target, scratch):
     """Add a window to the heap unless it cannot matter; False where the arrays are full.
 
     ``edge`` is the corner of the polygon that is entered, ``tl`` and ``tr`` the interval along it. ``target`` is
     (polygon, x, z), polygon -1 for none.
     """
-    nodes, ends, key, heap, fans, fan_root, bound, bound_root, _, _ = scratch
+    nodes, ends, key, heap, roots = scratch.nodes, scratch.ends, scratch.key, scratch.heap, scratch.roots
+    fan_stamp, fan_root, bound, counts = scratch.fan_stamp, scratch.fan_root, scratch.bound, scratch.counts
     a, b = s.corner[edge], s.corner[s.following[edge]]
     dx, dz = b[0] - a[0], b[2] - a[2]
     size = length(dx, dz)
@@ -58,12 +61,12 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
     lx, lz, ex, ez = a[0] + tl * dx, a[2] + tl * dz, a[0] + tr * dx, a[2] + tr * dz
     left, right = g + length(lx - rx, lz - rz), g + length(ex - rx, ez - rz)
     fa, fb = s.fan[edge] - base, s.fan[s.following[edge]] - base
-    visit_fan(fa, state[3], fans, fan_root, bound)
-    visit_fan(fb, state[3], fans, fan_root, bound)
+    visit_fan(fa, counts[STAMP], fan_stamp, fan_root, bound)
+    visit_fan(fb, counts[STAMP], fan_stamp, fan_root, bound)
     if tl == 0.0 and left < bound[fa]:
-        bound[fa], bound_root[fa] = left, root
+        bound[fa] = left
     if tr == 1.0 and right < bound[fb]:
-        bound[fb], bound_root[fb] = right, root
+        bound[fb] = right
     if not forced and (bound[fa] + tr * size < right - BETTER or bound[fb] + (1.0 - tl) * size < left - BETTER):
         return True
     if target[0] < 0.0:
@@ -75,15 +78,15 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
         if side < 0.0 and size > 0.0:  # the target's mirror image beyond the edge is as far away
             qx, qz = qx - 2.0 * side * dz / (size * size), qz + 2.0 * side * dx / (size * size)
         cost = g + bend(rx, rz, lx, lz, ex, ez, qx, qz)[0]
-    node = state[0]
+    node = counts[WINDOWS]
     if node >= len(key):
         return False
-    state[0] += 1
+    counts[WINDOWS] += 1
     nodes[node, 0], nodes[node, 1], nodes[node, 2] = edge, root, forced
     ends[node, 0], ends[node, 1] = tl, tr
     key[node] = cost
-    at = state[1]
-    state[1] += 1
+    at = counts[HEAP]
+    counts[HEAP] += 1
     while at > 0:
         up = (at - 1) >> 1
         if key[heap[up]] <= cost:
@@ -95,11 +98,11 @@ def push(s, base, edge, tl, tr, root, forced, target, scratch, state, roots):
 
 
 @njit(cache=True, nogil=True)
-def pop(key, heap, state):
+def pop(key, heap, counts):
     """The cheapest window of the heap; of equal ones any, but always the same."""
     top = heap[0]
-    state[1] -= 1
-    count = state[1]
+    counts[HEAP] -= 1
+    count = counts[HEAP]
     last = heap[count]
     at = 0
     while True:
@@ -117,12 +120,12 @@ def pop(key, heap, state):
 
 
 @njit(cache=True, nogil=True)
-def add_root(state, roots, links, x, y, z, parent, fan):
+def add_root(counts, roots, links, x, y, z, parent, fan):
     """A new root in a straight line from its parent; its number, -1 where the arrays are full."""
-    new = state[2]
+    new = counts[ROOTS]
     if new >= len(roots):
         return -1
-    state[2] += 1
+    counts[ROOTS] += 1
     r = roots[parent]
     dx, dy, dz = x - r[0], y - r[1], z - r[2]
     roots[new, 0], roots[new, 1], roots[new, 2] = x, y, z
@@ -133,9 +136,9 @@ def add_root(state, roots, links, x, y, z, parent, fan):
 
 
 @njit(cache=True, nogil=True)
-def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
+def turn_at(s, base, corner, root, sign, scratch):
     """The root at a corner where paths from ``root`` turn left (sign 1) or right (-1); -1 where they don't."""
-    fans, fan_root, bound = scratch[4], scratch[5], scratch[6]
+    roots, fan_root, bound = scratch.roots, scratch.fan_root, scratch.bound
     f = s.fan[corner]
     if not s.turn[f]:
         return -1
@@ -149,14 +152,14 @@ def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
     if sign * cross(dx, dz, w[0], w[1]) < slack or sign * cross(dx, dz, w[2], w[3]) < slack:
         return -1
     f -= base
-    visit_fan(f, state[3], fans, fan_root, bound)
+    visit_fan(f, scratch.counts[STAMP], scratch.fan_stamp, fan_root, bound)
     cost = roots[root, 3] + size
     if cost > bound[f] + BETTER:
         return -1
     known = fan_root[f]
     if known >= 0 and roots[known, 3] <= cost + BETTER:
         return known
-    new = add_root(state, roots, links, x, s.corner[corner, 1], z, root, f)
+    new = add_root(scratch.counts, roots, scratch.links, x, s.corner[corner, 1], z, root, f)
     if new < 0:
         return -3
     fan_root[f] = new
@@ -164,9 +167,9 @@ def turn_at(s, base, corner, root, sign, scratch, state, roots, links):
 
 
 @njit(cache=True, nogil=True)
-def expand(s, base, node, target, scratch, state, roots, links):
+def expand(s, base, node, target, scratch):
     """Push the windows that lie behind a window's polygon; False where the arrays are full."""
-    nodes, ends = scratch[0], scratch[1]
+    nodes, ends, roots = scratch.nodes, scratch.ends, scratch.roots
     k, root = nodes[node, 0], nodes[node, 1]
     tl, tr = ends[node, 0], ends[node, 1]
     n = s.following[k]
@@ -176,7 +179,7 @@ def expand(s, base, node, target, scratch, state, roots, links):
     lx, lz = a[0] + tl * (b[0] - a[0]) - rx, a[2] + tl * (b[2] - a[2]) - rz
     ex, ez = a[0] + tr * (b[0] - a[0]) - rx, a[2] + tr * (b[2] - a[2]) - rz
     if touching:  # around a vertex in the middle of the floor such windows would follow each other for ever
-        around, mark = scratch[8], state[3] * ROOTS + root
+        around, mark = scratch.around, scratch.counts[STAMP] * MANY_ROOTS + root
         if around[s.polygon[k]] == mark:
             return True
         around[s.polygon[k]] = mark
@@ -193,7 +196,7 @@ def expand(s, base, node, target, scratch, state, roots, links):
         other = s.twin[j]
         if other >= 0:
             if touching:
-                if not push(s, base, other, 0.0, 1.0, root, False, target, scratch, state, roots):
+                if not push(s, base, other, 0.0, 1.0, root, False, target, scratch):
                     return False
             else:
                 t0, t1 = 0.0, 1.0
@@ -215,34 +218,30 @@ def expand(s, base, node, target, scratch, state, roots, links):
                     t1 = 0.0
                 if (1.0 - t1) * size < NARROW:
                     t1 = 1.0
-                if t0 < t1 and not push(s, base, other, 1.0 - t1, 1.0 - t0, root, False, target, scratch, state, roots):
+                if t0 < t1 and not push(s, base, other, 1.0 - t1, 1.0 - t0, root, False, target, scratch):
                     return False
                 if t0 > 0.0 and tr == 1.0:
                     if right_root == -2:
-                        right_root = turn_at(s, base, n, root, -1.0, scratch, state, roots, links)
+                        right_root = turn_at(s, base, n, root, -1.0, scratch)
                     if right_root == -3:
                         return False
-                    if right_root >= 0 and not push(
-                        s, base, other, 1.0 - t0, 1.0, right_root, False, target, scratch, state, roots
-                    ):
+                    if right_root >= 0 and not push(s, base, other, 1.0 - t0, 1.0, right_root, False, target, scratch):
                         return False
                 if t1 < 1.0 and tl == 0.0:
                     if left_root == -2:
-                        left_root = turn_at(s, base, k, root, 1.0, scratch, state, roots, links)
+                        left_root = turn_at(s, base, k, root, 1.0, scratch)
                     if left_root == -3:
                         return False
-                    if left_root >= 0 and not push(
-                        s, base, other, 0.0, 1.0 - t1, left_root, False, target, scratch, state, roots
-                    ):
+                    if left_root >= 0 and not push(s, base, other, 0.0, 1.0 - t1, left_root, False, target, scratch):
                         return False
         j, c, right_c, left_c = after, d, right_d, left_d
     return True
 
 
 @njit(cache=True, nogil=True)
-def stale(s, base, node, scratch, roots, links):
+def stale(s, base, node, scratch):
     """Whether a window's root is reached on a shorter way by now, or its edge's ends are."""
-    nodes, ends, bound = scratch[0], scratch[1], scratch[6]
+    nodes, ends, bound, roots, links = scratch.nodes, scratch.ends, scratch.bound, scratch.roots, scratch.links
     if nodes[node, 2]:
         return False
     root = nodes[node, 1]
@@ -264,12 +263,12 @@ def stale(s, base, node, scratch, roots, links):
 
 
 @njit(cache=True, nogil=True)
-def reach_corner(s, base, q, corner, scratch, state, roots, links):
+def reach_corner(s, base, q, corner, scratch):
     """The root at a corner of an edge of polygon q, on the way that q was first reached; -1 where the arrays are full.
 
     A window bends at its end where it has to, so that there is always a way.
     """
-    nodes, ends, entry = scratch[0], scratch[1], scratch[9]
+    nodes, ends, entry, roots = scratch.nodes, scratch.ends, scratch.entry, scratch.roots
     x, y, z = s.corner[corner, 0], s.corner[corner, 1], s.corner[corner, 2]
     root, node = 0, entry[q]
     if node >= 0:
@@ -283,19 +282,19 @@ def reach_corner(s, base, q, corner, scratch, state, roots, links):
         if over > 0:
             t = tl if over == 1 else tr
             px, py, pz = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
-            root = add_root(state, roots, links, px, py, pz, root, -1)
+            root = add_root(scratch.counts, roots, scratch.links, px, py, pz, root, -1)
             if root < 0:
                 return -1
-    return add_root(state, roots, links, x, y, z, root, s.fan[corner] - base)
+    return add_root(scratch.counts, roots, scratch.links, x, y, z, root, s.fan[corner] - base)
 
 
 @njit(cache=True, nogil=True)
-def force(s, base, scene, reached, target, scratch, state, roots, links):
+def force(s, base, scene, target, scratch):
     """Reach polygons that no window has reached over a corner of an edge they share with one that was.
 
     Returns how many windows were pushed, FULL where the arrays are too small.
     """
-    entry, stamp = scratch[9], state[3]
+    entry, reached, stamp = scratch.entry, scratch.reached, scratch.counts[STAMP]
     first, end = s.scene_polygon[scene], s.scene_polygon[scene + 1]
     pushed = 0
     for p in range(first, end):
@@ -306,13 +305,13 @@ def force(s, base, scene, reached, target, scratch, state, roots, links):
             if other < 0 or reached[s.polygon[other] - first] != stamp:
                 continue
             q = s.polygon[other]
-            one = reach_corner(s, base, q, k, scratch, state, roots, links)
-            two = reach_corner(s, base, q, s.following[k], scratch, state, roots, links)
+            one = reach_corner(s, base, q, k, scratch)
+            two = reach_corner(s, base, q, s.following[k], scratch)
             if one < 0 or two < 0:
                 return FULL
-            root = one if roots[one, 3] <= roots[two, 3] else two
-            entry[p] = state[0]
-            if not push(s, base, k, 0.0, 1.0, root, True, target, scratch, state, roots):
+            root = one if scratch.roots[one, 3] <= scratch.roots[two, 3] else two
+            entry[p] = scratch.counts[WINDOWS]
+            if not push(s, base, k, 0.0, 1.0, root, True, target, scratch):
                 return FULL
             reached[p - first] = stamp
             pushed += 1
@@ -321,45 +320,47 @@ def force(s, base, scene, reached, target, scratch, state, roots, links):
 
 
 @njit(cache=True, nogil=True)
-def search(s, scene, p, x, y, z, target, stamp, scratch, state, roots, links, reached, taken):
+def search(s, scene, p, x, y, z, target, scratch):
     """Search from the point (x, y, z) in polygon p; the last window with a target, their number without.
 
-    ``taken`` receives the windows that were expanded, in order, where there is no target. ``state`` counts windows,
-    heap, roots; its last entry is the stamp that tells this search's entries in the arrays from older ones.
+    Where there is no target, ``scratch.taken`` receives the windows that were expanded, in order.
     """
     base = s.scene_fan[scene]
     first = s.scene_polygon[scene]
-    state[0], state[1], state[2], state[3] = 0, 0, 1, stamp
+    roots, counts, reached, entry = scratch.roots, scratch.counts, scratch.reached, scratch.entry
+    counts[WINDOWS], counts[HEAP], counts[ROOTS] = 0, 0, 1
+    counts[STAMP] += 1
+    stamp = counts[STAMP]
     for k in range(s.start[p], s.start[p + 1]):
         if length(s.corner[k, 0] - x, s.corner[k, 2] - z) <= JOIN:
             x, z = s.corner[k, 0], s.corner[k, 2]
             break
     roots[0, 0], roots[0, 1], roots[0, 2], roots[0, 3], roots[0, 4] = x, y, z, 0.0, 0.0
-    links[0, 0], links[0, 1] = -1, -1
+    scratch.links[0, 0], scratch.links[0, 1] = -1, -1
     goal = int(target[0])
     reached[p - first] = stamp
-    scratch[9][p] = -1
+    entry[p] = -1
     for k in range(s.start[p], s.start[p + 1]):
-        if s.twin[k] >= 0 and not push(s, base, s.twin[k], 0.0, 1.0, 0, False, target, scratch, state, roots):
+        if s.twin[k] >= 0 and not push(s, base, s.twin[k], 0.0, 1.0, 0, False, target, scratch):
             return FULL
     count = 0
     while True:
-        while state[1] > 0:
-            node = pop(scratch[2], scratch[3], state)
-            if stale(s, base, node, scratch, roots, links):
+        while counts[HEAP] > 0:
+            node = pop(scratch.key, scratch.heap, counts)
+            if stale(s, base, node, scratch):
                 continue
-            q = s.polygon[scratch[0][node, 0]]
+            q = s.polygon[scratch.nodes[node, 0]]
             if q == goal:
                 return node
             if reached[q - first] != stamp:
                 reached[q - first] = stamp
-                scratch[9][q] = node
+                entry[q] = node
             if goal < 0:
-                taken[count] = node
+                scratch.taken[count] = node
                 count += 1
-            if not expand(s, base, node, target, scratch, state, roots, links):
+            if not expand(s, base, node, target, scratch):
                 return FULL
-        pushed = force(s, base, scene, reached, target, scratch, state, roots, links)
+        pushed = force(s, base, scene, target, scratch)
         if pushed == FULL:
             return FULL
         if pushed == 0:
@@ -367,16 +368,16 @@ def search(s, scene, p, x, y, z, target, stamp, scratch, state, roots, links, re
 
 
 @njit(cache=True, nogil=True)
-def way(s, node, scratch, roots, qx, qy, qz, point):
+def way(s, node, scratch, qx, qy, qz, point):
     """Length in space from the search's start through a window to a point of its polygon, and its last turn.
 
     Where the way bends at an end of the window, that end goes into ``point``, else the root.
     """
-    nodes, ends = scratch[0], scratch[1]
+    nodes, ends = scratch.nodes, scratch.ends
     k, root = nodes[node, 0], nodes[node, 1]
     a, b = s.corner[k], s.corner[s.following[k]]
     tl, tr = ends[node, 0], ends[node, 1]
-    r = roots[root]
+    r = scratch.roots[root]
     lx, lz = a[0] + tl * (b[0] - a[0]), a[2] + tl * (b[2] - a[2])
     ex, ez = a[0] + tr * (b[0] - a[0]), a[2] + tr * (b[2] - a[2])
     _, over = bend(r[0], r[2], lx, lz, ex, ez, qx, qz)
@@ -394,7 +395,7 @@ def way(s, node, scratch, roots, qx, qy, qz, point):
 
 
 @njit(cache=True, nogil=True)
-def pair_distances(s, scenes, p, a, q, b, begin, scratch, state, roots, links, reached, taken, stamp, distances):
+def pair_distances(s, scenes, p, a, q, b, begin, scratch, distances):
     """Geodesic distances between floor points a and b (N, 3) in polygons p and q; from row ``begin`` on.
 
     Returns the row at which the arrays were too small, N at the end. Each pair is searched from the end that comes
@@ -415,43 +416,10 @@ def pair_distances(s, scenes, p, a, q, b, begin, scratch, state, roots, links, r
             distances[i] = math.sqrt((ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
             continue
         target[0], target[1], target[2] = end, bx, bz
-        stamp[0] += 1
-        node = search(s, scenes[i], start, ax, ay, az, target, stamp[0], scratch, state, roots, links, reached, taken)
+        node = search(s, scenes[i], start, ax, ay, az, target, scratch)
         if node == FULL:
             return i
         distances[i] = math.inf
         if node >= 0:
-            distances[i], _ = way(s, node, scratch, roots, bx, by, bz, point)
+            distances[i], _ = way(s, node, scratch, bx, by, bz, point)
     return len(distances)
-
-
-@njit(cache=True, nogil=True)
-def sort_windows(s, scene, count, scratch, roots, links, taken, start, windows, window_root):
-    """Windows of an exhaustive search by polygon: CSR offsets (P + 1,), both ends (M, 6) and root (M,); returns M."""
-    base, first = s.scene_fan[scene], s.scene_polygon[scene]
-    nodes, ends = scratch[0], scratch[1]
-    start[:] = 0
-    fresh = np.zeros(len(start), np.bool_)
-    for i in range(count):
-        if not stale(s, base, taken[i], scratch, roots, links):
-            fresh[s.polygon[nodes[taken[i], 0]] - first] = True
-    for i in range(count):  # where rounding has made all windows of a polygon stale, they all stay
-        p = s.polygon[nodes[taken[i], 0]] - first
-        if not (fresh[p] and stale(s, base, taken[i], scratch, roots, links)):
-            start[p + 1] += 1
-    for i in range(1, len(start)):
-        start[i] += start[i - 1]
-    fill = start[:-1].copy()
-    for i in range(count):
-        node = taken[i]
-        k = nodes[node, 0]
-        if fresh[s.polygon[k] - first] and stale(s, base, node, scratch, roots, links):
-            continue
-        a, b = s.corner[k], s.corner[s.following[k]]
-        at = fill[s.polygon[k] - first]
-        fill[s.polygon[k] - first] += 1
-        for axis in range(3):
-            windows[at, axis] = a[axis] + ends[node, 0] * (b[axis] - a[axis])
-            windows[at, 3 + axis] = a[axis] + ends[node, 1] * (b[axis] - a[axis])
-        window_root[at] = nodes[node, 1]
-    return start[-1]

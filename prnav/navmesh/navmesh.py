@@ -6,6 +6,7 @@ Before: :mod:`.queries` and :mod:`.pairs`. After: :mod:`.navmesh_set`, and all t
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,14 +15,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import number, whole
 from prnav.cache import cache_key, cached_arrays
 from prnav.errors import NavMeshError
 from prnav.files import write_bytes
 from prnav.navmesh import queries
 from prnav.navmesh.detour import read_navmesh
 from prnav.navmesh.detour_write import navmesh_bytes
-from prnav.navmesh.pairs import SearchArrays, located_distances, pair_distances, shortest_path
+from prnav.navmesh.pairs import located_distances, pair_distances, shortest_path
 from prnav.navmesh.polymesh import PolyMesh
+from prnav.navmesh.scratch import ScratchPool
 from prnav.navmesh.settings import NavMeshSettings
 from prnav.navmesh.surface import Surface, build_surface, triangle_areas
 
@@ -29,6 +32,10 @@ if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 BUILDER_VERSION = 2  #: raised when the builder's result changes: part of the key of whatever is derived from it
+
+
+MOST_POINTS = 100_000_000  #: that are drawn at once: 2.4 GB
+MOST_CELLS = 1 << 26  #: of a map: 1.6 GB of points
 
 
 class Island(NamedTuple):
@@ -137,14 +144,23 @@ class NavMesh:
     def is_navigable(self, points: ArrayLike, max_y_delta: float = 0.5) -> NDArray[np.bool_]:
         """Whether points are on the floor, (N,): within 1 cm in the ground plane and ``max_y_delta`` [m] in height."""
         points = queries.as_points(points)
+        max_y_delta = number(max_y_delta, "max_y_delta", 0.0, math.inf, NavMeshError)
         found = self._find(points)[0]
         offset = found - points
         on_floor = np.hypot(offset[:, 0], offset[:, 2]) <= 1e-2
         return on_floor & (np.abs(offset[:, 1]) <= max_y_delta)  # False on NaN
 
     def random_points(self, n: int, seed: int | np.random.Generator = 0) -> NDArray[np.float64]:
-        """Points uniform by area, (n, 3); the first rows do not depend on ``n``."""
-        generator = seed if isinstance(seed, np.random.Generator) else np.random.Generator(np.random.PCG64(seed))
+        """Points uniform by area, (n, 3); the first rows do not depend on ``n``.
+
+        Raises:
+            NavMeshError: ``n`` or ``seed`` is not a whole number of at least 0, or ``n`` is beyond :data:`MOST_POINTS`.
+        """
+        n = whole(n, "n", 0, MOST_POINTS, NavMeshError, "they would take gigabytes")
+        if isinstance(seed, np.random.Generator):
+            generator = seed
+        else:
+            generator = np.random.Generator(np.random.PCG64(whole(seed, "seed", 0, 2**128, NavMeshError)))
         return self.place(generator.random((n, 3)))
 
     def place(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -164,7 +180,7 @@ class NavMesh:
         Without sliding a move ends where it meets a wall; with sliding it goes on along it (:mod:`.step`). As in
         Habitat, collided means that the agent moved less far than it wanted to.
         """
-        starts, ends = queries.as_points(starts, "starts"), queries.as_points(ends, "ends")
+        starts, ends = queries.as_pairs(starts, ends, ("starts", "ends"))
         return queries.move(self.surface, _zeros(len(starts)), starts, ends, sliding)
 
     def distance(self, a: ArrayLike, b: ArrayLike) -> float:
@@ -178,9 +194,8 @@ class NavMesh:
         its turning points. An end straight above or below the floor keeps its height, as in Habitat; any other end off
         the floor is where it snaps to. inf between islands and where no floor is in reach.
         """
-        a, b = np.broadcast_arrays(queries.as_points(a, "a"), queries.as_points(b, "b"))
-        a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
-        return pair_distances(self._search, _zeros(len(a)), a, b)
+        a, b = queries.as_pairs(a, b, ("a", "b"))
+        return pair_distances(self._pool, _zeros(len(a)), a, b)
 
     def locate(self, points: ArrayLike) -> FloorPoints:
         """Points found on the floor once, for several questions about their distances."""
@@ -191,7 +206,7 @@ class NavMesh:
     def located_distances(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.float64]:
         """:meth:`distances` of points that are located, (N,) [m]."""
         scenes = _zeros(len(a.points))
-        return located_distances(self._search, scenes, a.polygons, a.positions, b.polygons, b.positions)
+        return located_distances(self._pool, scenes, a.polygons, a.positions, b.polygons, b.positions)
 
     def in_sight(self, a: FloorPoints, b: FloorPoints) -> NDArray[np.bool_]:
         """Whether the straight segment between located points stays on the floor, (N,)."""
@@ -203,7 +218,9 @@ class NavMesh:
         No rows where there is no path.
         """
         start, end = queries.as_points(a, "a"), queries.as_points(b, "b")
-        return shortest_path(self._search, 0, start[0], end[0])
+        if len(start) != 1 or len(end) != 1:
+            raise NavMeshError(f"a path is from one point to one point, not from {len(start)} to {len(end)}")
+        return shortest_path(self._pool, 0, start[0], end[0])
 
     def clearance(self, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """Distance to the nearest wall in the ground plane, (N,) [m], at most ``max_radius``; inf off the floor.
@@ -211,6 +228,7 @@ class NavMesh:
         Habitat's ``distance_to_closest_obstacle`` with its default radius.
         """
         points = queries.as_points(points)
+        max_radius = number(max_radius, "max_radius", 0.0, 1e6, NavMeshError)
         return queries.clearance(self.surface, _zeros(len(points)), points, max_radius)
 
     def topdown(self, height: float, metres_per_pixel: float = 0.05, max_y_delta: float = 0.5) -> NDArray[np.bool_]:
@@ -219,11 +237,19 @@ class NavMesh:
         Pixel (0, 0) is the lower corner of :attr:`bounds`; a cell is its lower corner's answer to
         :meth:`is_navigable`, as Habitat's ``get_topdown_view`` has it (positions add up in float32 as there).
         """
+        height = number(height, "height", -1e9, 1e9, NavMeshError)
         low, high = self.bounds.astype(np.float32)
-        pixel = np.float32(metres_per_pixel)
+        pixel = np.float32(number(metres_per_pixel, "metres_per_pixel", 0.0, 1e9, NavMeshError))
         if not pixel > 0:
             raise NavMeshError(f"metres_per_pixel is {metres_per_pixel}; it must be above 0")
-        columns, rows = int((high[0] - low[0]) / pixel), int((high[2] - low[2]) / pixel)
+        with np.errstate(over="ignore"):
+            cells = [float((high[axis] - low[axis]) / pixel) for axis in (0, 2)]
+        if not (cells[0] + 1) * (cells[1] + 1) <= MOST_CELLS:
+            raise NavMeshError(
+                f"metres_per_pixel is {metres_per_pixel}; a map of {cells[0]:.3g} x {cells[1]:.3g} cells has more than "
+                f"{MOST_CELLS}"
+            )
+        columns, rows = int(cells[0]), int(cells[1])
         x = np.add.accumulate(np.concatenate([low[:1], np.full(max(columns - 1, 0), pixel)]), dtype=np.float32)
         z = np.add.accumulate(np.concatenate([low[2:], np.full(max(rows - 1, 0), pixel)]), dtype=np.float32)
         x, z = x[:columns], z[:rows]
@@ -238,8 +264,8 @@ class NavMesh:
         return np.cumsum(np.where(s.island[polygon] >= 0, triangle_areas(s.detail), 0.0))
 
     @cached_property
-    def _search(self) -> SearchArrays:
-        return SearchArrays(self.surface)
+    def _pool(self) -> ScratchPool:
+        return ScratchPool(self.surface)
 
     def _polygon_areas(self) -> NDArray[np.float64]:
         s = self.surface
@@ -266,7 +292,10 @@ def load_navmesh(scene: SceneMesh, settings: NavMeshSettings = NavMeshSettings()
 def _build(scene: SceneMesh, settings: NavMeshSettings) -> PolyMesh:
     from prnav.navmesh.build import build_polygons
 
-    mesh = build_polygons(scene.vertices, scene.faces, settings)
+    try:
+        mesh = build_polygons(scene.vertices, scene.faces, settings)
+    except NavMeshError as error:
+        raise NavMeshError(f"scene {scene.name}: {str(error).removeprefix('navmesh: ')}") from error
     if not mesh.num_polygons:
         raise NavMeshError(
             f"scene {scene.name}: no floor that a body of radius {settings.agent_radius} m and height "

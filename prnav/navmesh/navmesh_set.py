@@ -6,6 +6,7 @@ Before: :mod:`.navmesh`. After: :mod:`.goal_fields` and the simulator.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries
 from prnav.navmesh.navmesh import NavMesh
-from prnav.navmesh.pairs import SearchArrays, pair_distances
+from prnav.navmesh.pairs import pair_distances
+from prnav.navmesh.scratch import ScratchPool
 from prnav.navmesh.surface import concatenate_surfaces
 
 
@@ -28,7 +30,11 @@ class NavMeshSet:
             raise NavMeshError("a NavMeshSet of no scenes cannot answer anything; give at least one NavMesh")
         self.navmeshes = tuple(navmeshes)
         self.surface = concatenate_surfaces([navmesh.surface for navmesh in self.navmeshes])
-        self._search = SearchArrays(self.surface)
+        self._pool = ScratchPool(self.surface)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> NavMeshSet:
+        """Nothing in it ever changes: copies share it."""
+        return self
 
     def __len__(self) -> int:
         return len(self.navmeshes)
@@ -45,13 +51,13 @@ class NavMeshSet:
         self, scene_ids: ArrayLike, starts: ArrayLike, ends: ArrayLike, sliding: bool = True
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """:meth:`NavMesh.step`: positions (N, 3), collided (N,)."""
-        starts, ends = queries.as_points(starts, "starts"), queries.as_points(ends, "ends")
+        starts, ends = queries.as_pairs(starts, ends, ("starts", "ends"))
         return queries.move(self.surface, self._scenes(scene_ids, len(starts)), starts, ends, sliding)
 
     def distances(self, scene_ids: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
         """:meth:`NavMesh.distances` of pairs (N, 3), (N,) [m]; inf between islands."""
-        a, b = queries.as_points(a, "a"), queries.as_points(b, "b")
-        return pair_distances(self._search, self._scenes(scene_ids, len(a)), a, b)
+        a, b = queries.as_pairs(a, b, ("a", "b"))
+        return pair_distances(self._pool, self._scenes(scene_ids, len(a)), a, b)
 
     def clearance(self, scene_ids: ArrayLike, points: ArrayLike, max_radius: float = 2.0) -> NDArray[np.float64]:
         """:meth:`NavMesh.clearance`, (N,) [m]; inf where no floor is in reach."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import floats, has_fractions
 from prnav.errors import NavMeshError
 from prnav.navmesh import locate, step
 from prnav.navmesh.planar import TOUCH
@@ -27,9 +28,9 @@ def as_points(points: ArrayLike, name: str = "points") -> Floats:
     """Points as a C-contiguous float64 array (N, 3); a single point becomes one row.
 
     Raises:
-        NavMeshError: the last dimension is not 3.
+        NavMeshError: no numbers, or the last dimension is not 3.
     """
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    array = np.ascontiguousarray(floats(points, name, NavMeshError))
     if array.ndim == 1 and array.size == 0:
         return array.reshape(0, 3)
     if array.ndim == 0 or array.shape[-1] != 3 or array.ndim > 2:
@@ -43,12 +44,30 @@ def as_scenes(scenes: ArrayLike, count: int, number: int) -> NDArray[np.int64]:
     Raises:
         NavMeshError: another length, or an index out of range.
     """
-    array = np.ascontiguousarray(scenes, dtype=np.int64).reshape(-1)
+    array = np.asarray(scenes)
+    if has_fractions(array):
+        raise NavMeshError(
+            f"scene indices are {array.dtype} with fractions; valid: whole numbers from 0 to {number - 1}"
+        )
+    array = np.ascontiguousarray(array, dtype=np.int64).reshape(-1)
     if len(array) != count:
         raise NavMeshError(f"{len(array)} scene indices for {count} rows; there must be one per row")
     if len(array) and (array.min() < 0 or array.max() >= number):
         raise NavMeshError(f"scene index {array.min()}..{array.max()} out of range; valid: 0 to {number - 1}")
     return array
+
+
+def as_pairs(a: ArrayLike, b: ArrayLike, names: tuple[str, str]) -> tuple[Floats, Floats]:
+    """Two arrays of points with as many rows; where one is a single point, it stands for as many.
+
+    Raises:
+        NavMeshError: they have other numbers of rows.
+    """
+    one, two = as_points(a, names[0]), as_points(b, names[1])
+    if len(one) != len(two) and 1 not in (len(one), len(two)):
+        raise NavMeshError(f"{names[0]} are {len(one)} points and {names[1]} are {len(two)}; there must be as many")
+    one, two = np.broadcast_arrays(one, two)
+    return np.ascontiguousarray(one), np.ascontiguousarray(two)
 
 
 def find(surface: Surface, scenes: NDArray[np.int64], points: Floats) -> tuple[Floats, Ints]:
@@ -99,7 +118,7 @@ def move(
     """Where moves end (N, 3) and whether something was in the way (N,).
 
     As in Habitat, a start with no floor in reach stays where it is, and so does one that meets a wall while its
-    wanted end lies nearest to another island.
+    wanted end lies nearest to another island, and without sliding one beside the floor whose way leads off it.
     """
     origins, polygons = find(surface, scenes, starts)
     positions = starts.copy()
@@ -114,6 +133,12 @@ def move(
         rows = rows[~stuck]
         if sliding:
             step.slide(surface, rows, polygons, origins, ends, positions, last)
+        else:
+            # off the floor and blocked at its border: no way leads on, and the agent is not put onto the floor either
+            beside = _apart(starts[rows], origins[rows]) > TOUCH
+            held = rows[beside & (_apart(positions[rows], origins[rows]) <= TOUCH)]
+            positions[held], last[held] = starts[held], -1
+            rows = rows[last[rows] >= 0]
         locate.place_on_floor(surface, last, positions)
         _, found = find(surface, scenes[rows], positions[rows])
         again = np.full(len(starts), -1, np.int32)
@@ -123,3 +148,8 @@ def move(
     wanted, moved = ends - starts, positions - starts
     collided = np.einsum("ij,ij->i", moved, moved) + COLLISION < np.einsum("ij,ij->i", wanted, wanted)
     return positions, collided
+
+
+def _apart(a: Floats, b: Floats) -> Floats:
+    """Distance of points (N, 3) in the ground plane, (N,)."""
+    return np.hypot(a[:, 0] - b[:, 0], a[:, 2] - b[:, 2])

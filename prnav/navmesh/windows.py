@@ -1,15 +1,49 @@
 """Distances to prepared goals: the best of the windows that shortest paths enter a polygon through.
 
-Before: the windows that :mod:`.geodesic` has sorted. After: :mod:`.goal_fields`.
+Before: the windows of :mod:`.geodesic`. After: :mod:`.goal_fields`.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
+from prnav.navmesh.geodesic import stale
 from prnav.navmesh.planar import TOUCH, bend
+
+
+@njit(cache=True, nogil=True)
+def sort_windows(s, scene, count, scratch, start, windows, window_root):
+    """Windows of an exhaustive search by polygon: CSR offsets (P + 1,), both ends (M, 6) and root (M,); returns M."""
+    base, first = s.scene_fan[scene], s.scene_polygon[scene]
+    nodes, ends, taken = scratch.nodes, scratch.ends, scratch.taken
+    start[:] = 0
+    fresh = np.zeros(len(start), np.bool_)
+    for i in range(count):
+        if not stale(s, base, taken[i], scratch):
+            fresh[s.polygon[nodes[taken[i], 0]] - first] = True
+    for i in range(count):  # where rounding has made all windows of a polygon stale, they all stay
+        p = s.polygon[nodes[taken[i], 0]] - first
+        if not (fresh[p] and stale(s, base, taken[i], scratch)):
+            start[p + 1] += 1
+    for i in range(1, len(start)):
+        start[i] += start[i - 1]
+    fill = start[:-1].copy()
+    for i in range(count):
+        node = taken[i]
+        k = nodes[node, 0]
+        if fresh[s.polygon[k] - first] and stale(s, base, node, scratch):
+            continue
+        a, b = s.corner[k], s.corner[s.following[k]]
+        at = fill[s.polygon[k] - first]
+        fill[s.polygon[k] - first] += 1
+        for axis in range(3):
+            windows[at, axis] = a[axis] + ends[node, 0] * (b[axis] - a[axis])
+            windows[at, 3 + axis] = a[axis] + ends[node, 1] * (b[axis] - a[axis])
+        window_root[at] = nodes[node, 1]
+    return start[-1]
 
 
 @njit(cache=True, nogil=True)

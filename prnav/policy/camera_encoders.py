@@ -124,7 +124,7 @@ class CameraEncoder(TokenTransformer):
         """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
         pictures = observations[self.pictures]
         of_patch, designs, places = token_parts(self.patch_token, observations[self.design], self.positions)
-        sight = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
+        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
         return (sight + designs[:, :, None] + places).flatten(1, 2)
 
 
@@ -165,4 +165,5 @@ class ResNetEncoder(nn.Module):
         channels_first = pictures.flatten(0, 1).permute(0, 3, 1, 2)
         parts = [self.backbone(channels_first).view(batch, -1), observations[self.design].flatten(1)]
         parts += [vector_features(key, 0)[0](observations[key]) for key in self.keys]
-        return self.join(torch.cat(parts, dim=-1))
+        encoding: Tensor = self.join(torch.cat(parts, dim=-1))
+        return encoding

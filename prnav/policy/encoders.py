@@ -158,7 +158,8 @@ class TransformerBlock(nn.Module):
     def _finish(self, tokens: Tensor, attended: Tensor) -> Tensor:
         """Tokens (..., D) after the rest of the layer."""
         tokens = tokens + self.attention_out(attended)
-        return tokens + self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
+        changed: Tensor = self.mlp_out(functional.gelu(self.mlp_in(self.mlp_norm(tokens))))
+        return tokens + changed
 
 
 class TokenTransformer(nn.Module):
@@ -236,7 +237,7 @@ def token_parts(layer: nn.Linear, designs: Tensor, positions: Tensor) -> tuple[T
         The weight (D, ...) of what is seen; what designs (B, K, D) and places (P, D) add.
     """
     design, place = designs.shape[-1], positions.shape[1]
-    of_seen, of_design, of_place = layer.weight.split([layer.in_features - design - place, design, place], dim=1)
+    of_seen, of_design, of_place = torch.split(layer.weight, [layer.in_features - design - place, design, place], dim=1)
     return of_seen, functional.linear(designs, of_design, layer.bias), functional.linear(positions, of_place)
 
 

@@ -4,16 +4,19 @@ For comparison with rasterisers; ray casting is far faster here. Drawn flat (no 
 driver's own texture filtering and four samples per pixel. A sensor's picture has at least ``MIN_SIZE`` pixels per
 side, as a rasteriser takes the same time for small ones.
 
-OpenGL binds to one platform per process, when it is first imported: a process can use EGL or OSMesa, not both.
+OpenGL binds to one platform per process, when it is first imported: a process can use EGL or OSMesa, not both. Its
+contexts belong to threads, so that all drawing is done in one thread, whichever thread asks.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 import importlib.metadata
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,17 +77,25 @@ class GlEngine:
                 raise RenderError(
                     f'engine {self.name!r} draws whole pictures; it has no {name} {value!r}, only "{only}"'
                 )
-        side = max(sampling.side, -(-MIN_SIZE // grid))
+        return _gl_thread().submit(self._radiance, scene_of_view, views, grid, sampling.side, spheres).result()
+
+    def depth(
+        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
+    ) -> Float32:
+        """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
+        return _gl_thread().submit(self._depth, scene_of_view, views, size, spheres).result()
+
+    def _radiance(
+        self, scene_of_view: NDArray[np.int64], views: Views, grid: int, side: int, spheres: Float64 | None
+    ) -> Float32:
+        side = max(side, -(-MIN_SIZE // grid))
         readings = np.empty((len(views), grid, grid, 3), dtype=np.float32)
         for row, colour, _ in self._draw(scene_of_view, views, grid * side, spheres):
             patches = colour.reshape(grid, side, grid, side, 3).mean(axis=(1, 3), dtype=np.float64)
             readings[row] = patches / 255.0
         return readings
 
-    def depth(
-        self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None = None
-    ) -> Float32:
-        """See :meth:`prnav.render.engine.Engine.depth`; that of one of a pixel's four samples, not of its centre."""
+    def _depth(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Float32:
         depths = np.empty((len(views), size, size), dtype=np.float32)
         for row, _, depth in self._draw(scene_of_view, views, size, spheres):
             depths[row] = np.where(depth == 0.0, np.inf, depth)
@@ -157,6 +168,12 @@ class OsmesaEngine(GlEngine):
     """pyrender through OSMesa, in software."""
 
     name = "osmesa"
+
+
+@functools.cache
+def _gl_thread() -> ThreadPoolExecutor:
+    """The thread that all drawing is done in."""
+    return ThreadPoolExecutor(1, thread_name_prefix="prnav-gl")
 
 
 def load_pyrender(platform: str) -> Any:

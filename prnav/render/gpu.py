@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,20 @@ def load_warp(device: str) -> tuple[Any, Any]:
     """
     if importlib.util.find_spec("warp") is None:
         raise RenderError('engine "warp" needs the package warp-lang; pip install "prnav[gpu]"')
+    wp = _warp()
+    names = [d.alias for d in wp.get_devices()]
+    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
+        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
+    return wp, wp.get_device(device)
+
+
+def finds_cuda() -> bool:
+    """Whether Warp is installed and finds a GPU."""
+    return importlib.util.find_spec("warp") is not None and bool(_warp().is_cuda_available())
+
+
+def _warp() -> Any:
+    """The warp module, ready for use."""
     ours = "warp" not in sys.modules
     import warp as wp
 
@@ -51,10 +66,7 @@ def load_warp(device: str) -> tuple[Any, Any]:
         wp.config.log_level = wp.LOG_WARNING
         wp.config.kernel_cache_dir = str(cache_dir() / "warp")
     wp.init()
-    names = [d.alias for d in wp.get_devices()]
-    if device != "cuda" and device not in names or device == "cuda" and not wp.is_cuda_available():
-        raise RenderError(f"device {device!r} is not on this machine; Warp found: {', '.join(names)}")
-    return wp, wp.get_device(device)
+    return wp
 
 
 class WarpEngine:
@@ -71,6 +83,7 @@ class WarpEngine:
         self._sphere_color = self._wp.vec3(*(options.sphere_color * 255.0))
         self._rays: dict[Sampling, Any] = {}
         self._staging: dict[int, _Staging] = {}
+        self._lock = threading.RLock()  #: over what requests share: the staging buffers and the table of scenes
         self.residents: Residents[_DeviceScene] = Residents(scenes, self._prepare, options.memory, self._forget)
         self._scene_count = len(scenes)
         self._tabled: dict[int, _DeviceScene] = {}  #: scenes as the table on the device has them
@@ -98,7 +111,9 @@ class WarpEngine:
     ) -> Any:
         """The same as a Warp array on the device, which may still be at work on it."""
         readings = self._wp.empty((len(views), grid, grid, 3), dtype=self._wp.float32, device=self.device)
-        if len(views):
+        if not len(views):
+            return readings
+        with self._lock:
             inputs = self._inputs(scene_of_view, views, spheres)
             colours = [self._rays_of(sampling), grid, sampling.side, self._background, self._sphere_color]
             self._launch(self._kernels.read_patches, len(views) * grid * grid, [*inputs, *colours, readings.flatten()])
@@ -121,10 +136,11 @@ class WarpEngine:
         depths = self._wp.empty(shape, dtype=self._wp.float32, device=self.device)
         triangles = self._wp.empty(shape, dtype=self._wp.int32, device=self.device)
         if len(views):
-            inputs = self._inputs(scene_of_view, views, spheres)
-            self._launch(
-                self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
-            )
+            with self._lock:
+                inputs = self._inputs(scene_of_view, views, spheres)
+                self._launch(
+                    self._kernels.trace_pixels, depths.size, [*inputs, size, depths.flatten(), triangles.flatten()]
+                )
         return triangles.numpy(), depths.numpy()
 
     def _launch(self, kernel: Any, threads: int, inputs: list[Any]) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import floats
 from prnav.errors import RenderError
 from prnav.render.sampling import Sampling
 
@@ -73,15 +74,19 @@ def sensor_views(positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike) -> V
     return Views(*(np.ascontiguousarray(a.reshape(-1, 3)) for a in (origin, right * scale, up * scale, forward)))
 
 
+MOST = 1e9
+"""Largest number of a pose [m or rad]; what is beyond is no place but a fault."""
+
+
 def check_poses(positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike) -> tuple[Float64, Float64, Float64]:
     """The three arrays of :func:`sensor_views` as float64.
 
     Raises:
         RenderError: as there.
     """
-    positions_N3 = np.asarray(positions, dtype=np.float64)
-    yaws_N = np.array(yaws, dtype=np.float64)
-    designs_NK7 = np.asarray(designs, dtype=np.float64)
+    positions_N3 = floats(positions, "positions", RenderError)
+    yaws_N = floats(yaws, "yaws", RenderError).copy()
+    designs_NK7 = floats(designs, "designs", RenderError)
     if designs_NK7.ndim != 3 or designs_NK7.shape[-1] != 7:
         raise RenderError(
             f"designs have shape {designs_NK7.shape}; they must be (N, K, 7): x, y, z, yaw, pitch, roll, fov of "
@@ -96,6 +101,9 @@ def check_poses(positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike) -> tu
         if not np.isfinite(array).all():
             agent = int(np.argwhere(~np.isfinite(array))[0, 0])
             raise RenderError(f"{name} of agent {agent} are not finite; give numbers for every agent")
+        if array.size and np.abs(array).max() > MOST:
+            agent = int(np.argwhere(np.abs(array) > MOST)[0, 0])
+            raise RenderError(f"{name} of agent {agent} hold a number beyond {MOST:g}; valid: metres and radians")
     fov = designs_NK7[..., 6]
     if fov.size and not (fov.min() > 0.0 and fov.max() < math.pi):
         agent, sensor = np.argwhere((fov <= 0.0) | (fov >= math.pi))[0]

@@ -29,6 +29,12 @@ ENGINES = {
 }
 """Engines by name: module and class, imported when one is first asked for."""
 
+MOST_SIDE = 8192
+"""Largest grid of a reading and largest side of a picture."""
+
+MOST_BYTES = 16_000_000_000
+"""Most bytes of one request's answer."""
+
 MEMORY_GB = 8.0
 """Memory [GB] that prepared scenes may take unless told otherwise."""
 
@@ -60,7 +66,7 @@ class Renderer:
 
         Args:
             scenes: what agents can be in.
-            device: "cpu", "cuda" or "cuda:N".
+            device: "cpu", "cuda", "cuda:N", or "auto": a GPU where there is one and the engine can use it, else "cpu".
             engine: "auto" (the fastest on the device: "embree" on the CPU, "warp" on CUDA) or a key of
                 :data:`ENGINES`.
             rays_per_receptor: a square number; sets the cost and the error of readings.
@@ -77,9 +83,11 @@ class Renderer:
             RenderError: no scenes, an unknown device or engine, one that cannot run here, a number of rays that is
                 no square, an unknown pattern or acceptance, a colour outside 0..1, or a budget that is not positive.
         """
+        if device == "auto":
+            device = "cuda" if engine in ("auto", "warp") and cuda_available() else "cpu"
         cuda = re.fullmatch(r"cuda(:\d+)?", device) is not None
         if not cuda and device != "cpu":
-            raise RenderError(f'device {device!r} is not known; valid: "cpu", "cuda", "cuda:N"')
+            raise RenderError(f'device {device!r} is not known; valid: "cpu", "cuda", "cuda:N", "auto"')
         if engine != "auto" and engine not in ENGINES:
             raise RenderError(f"engine {engine!r} is not known; valid: auto, {', '.join(ENGINES)}")
         if cuda and engine not in ("auto", "warp"):
@@ -90,6 +98,10 @@ class Renderer:
             raise RenderError("there are no scenes to render; give at least one")
         colours = _colour("background", background), _colour("sphere_color", sphere_color)
         self.rays_per_receptor = rays_per_receptor
+        self._scenes = scenes
+        self._arguments = (device, engine, rays_per_receptor, background, pattern, sphere_color, memory_gb, acceptance)
+        self.device = device
+        """"cpu", "cuda" or "cuda:N"."""
         self._sampling = Sampling(rays_per_side(rays_per_receptor), pattern, acceptance)
         self._pixel = Sampling(1, pattern)
         self._scene_count = len(scenes)
@@ -99,6 +111,14 @@ class Renderer:
         options = EngineOptions(*colours, device, memory_gb * 1e9)
         self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, options)
         self._residents: Residents[Any] | None = getattr(self._engine, "residents", None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew from its scenes and arguments: handles of libraries and devices stay in their process."""
+        return Renderer, (self._scenes, *self._arguments)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Renderer:
+        """A renderer of the same scenes, which nothing changes."""
+        return Renderer(self._scenes, *self._arguments)
 
     @property
     def engine(self) -> str:
@@ -215,7 +235,9 @@ class Renderer:
     ) -> Float32:
         """z-depth [m] (distance along the optical axis) at the pixel centres, (N, K, size, size); inf on a miss."""
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
-        depths = self._engine.depth(scene_of_view, views, _count("size", size), _spheres(spheres, *shape))
+        size = _count("size", size)
+        _check_memory(shape[0] * shape[1] * size * size)
+        depths = self._engine.depth(scene_of_view, views, size, _spheres(spheres, *shape))
         return depths.reshape(*shape, size, size)
 
     def _radiance(
@@ -230,6 +252,7 @@ class Renderer:
         on_device: bool = False,
     ) -> Any:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
+        _check_memory(shape[0] * shape[1] * grid * grid)
         balls = _spheres(spheres, *shape)
         if not on_device:
             readings = self._engine.radiance(scene_of_view, views, grid, sampling, balls)
@@ -254,10 +277,28 @@ class Renderer:
         return np.repeat(scenes.astype(np.int64), sensors), views, (agents, sensors)
 
 
+def cuda_available() -> bool:
+    """Whether the package for engine "warp" is installed and finds a GPU."""
+    from prnav.render.gpu import finds_cuda
+
+    return finds_cuda()
+
+
 def _count(name: str, value: int) -> int:
-    if not isinstance(value, int | np.integer) or value < 1:
-        raise RenderError(f"{name} is {value!r}; it must be a whole number of at least 1")
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
+        raise RenderError(f"{name} is {value!r:.60}; it must be a whole number of at least 1")
+    if value > MOST_SIDE:
+        raise RenderError(f"{name} is {value!r:.60}; at most {MOST_SIDE}: every one of its squares is a ray or more")
     return int(value)
+
+
+def _check_memory(reading: int) -> None:
+    """Refuse a request whose answer alone would take more than :data:`MOST_BYTES`."""
+    if 12 * reading > MOST_BYTES:
+        raise RenderError(
+            f"the request asks for {reading:,} colours, {12 * reading / 1e9:.1f} GB; ask for fewer views at once, at "
+            f"most {MOST_BYTES / 1e9:.0f} GB"
+        )
 
 
 def _colour(name: str, value: tuple[float, float, float]) -> NDArray[np.float64]:

@@ -14,11 +14,22 @@ from numpy.typing import NDArray
 
 from prnav import style
 from prnav.errors import RecordError
+from prnav.files import read_regular
+from prnav.schema import MapOf, Maybe, Number, Table, Text, fit
 
 Rows = Sequence[Mapping[str, Any]]
 """Rows of a run's metrics."""
 
 METRICS = "metrics.jsonl"
+_VALUES = MapOf(Maybe(Number(finite=False)))
+METRICS_ROW = Table(
+    allowed={
+        "step": Number(0, 1e18, whole=True),
+        "phase": Text(),
+        **dict.fromkeys(("measures", "losses", "times", "validation"), _VALUES),
+    },
+)
+"""A line of it, as far as curves need it."""
 SHARES = ("measures.spl", "measures.success", "measures.soft_spl")
 """Metrics between 0 and 1."""
 
@@ -31,7 +42,7 @@ def read_metrics(run: str | Path) -> list[dict[str, Any]]:
     """
     path = Path(run) / METRICS
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise RecordError(f"{path}: cannot be read ({error}); give the directory of a training run") from error
     rows = []
@@ -41,13 +52,11 @@ def read_metrics(run: str | Path) -> list[dict[str, Any]]:
             continue
         try:
             row = json.loads(line)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             if number == len(lines):
                 break
             raise RecordError(f"{path}: line {number} is not valid JSON ({error}); restore the file") from error
-        if not isinstance(row, dict):
-            raise RecordError(f"{path}: line {number} is {line[:40]!r}; it must be an object")
-        rows.append(row)
+        rows.append(fit(row, METRICS_ROW, RecordError, f"{path}: line {number}", "restore the file"))
     return rows
 
 

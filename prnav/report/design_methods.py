@@ -6,7 +6,6 @@ were trained afterwards, with other seeds, at the initial and at the found desig
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,8 @@ from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
 from prnav.report.design_figures import label_of
 from prnav.report.design_results import Gains, gains, load_rows, performances, two_level_interval
+from prnav.result_kinds import START
+from prnav.schema import read_json
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,12 +108,8 @@ def draw_methods(found: Sequence[Method], measure: str) -> Figure:
 
 def _starts(folder: Path) -> list[dict[str, Any]]:
     paths = sorted(folder.glob("start-*/start.json"))
-    try:
-        told = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
-    except (OSError, ValueError) as error:
-        raise RecordError(f"search {folder}: cannot be read ({error}); run prnav-design optimize again") from error
-    needed = {"method", "score", "steps", "trials", "initial", "found"}
-    if not told or any(not needed <= start.keys() for start in told):
+    told = [read_json(path, START, RecordError, "run prnav-design optimize again") for path in paths]
+    if not told:
         raise RecordError(f"search {folder}: no finished start in it; give folders made by prnav-design optimize")
     return told
 

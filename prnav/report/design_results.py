@@ -7,7 +7,6 @@ that they cover another draw of seeds and designs as well as another draw of epi
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,9 @@ from numpy.typing import NDArray
 from prnav.catalog import task_names, task_spec
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
+from prnav.files import read_regular
+from prnav.result_kinds import ROW
+from prnav.schema import parse_json
 
 Float64 = NDArray[np.float64]
 Row = Mapping[str, Any]
@@ -78,16 +80,13 @@ def load_rows(folders: Sequence[str | Path]) -> list[dict[str, Any]]:
         path = Path(folder)
         path = path / RESULTS if path.is_dir() else path
         try:
-            lines = path.read_text(encoding="utf-8").splitlines()
-            found = [json.loads(line) for line in lines]
+            lines = read_regular(path).decode("utf-8").splitlines()
         except (OSError, ValueError) as error:
             raise RecordError(
                 f"results {path}: cannot be read ({error}); give a folder made by prnav-design"
             ) from error
-        for row in found:
-            if not isinstance(row, dict) or not {"group", "design", "measures"} <= row.keys():
-                raise RecordError(f"results {path}: a line lacks group, design or measures; make them again")
-            rows.append(row)
+        for number, line in enumerate(lines, start=1):
+            rows.append(parse_json(line, ROW, RecordError, f"results {path}: line {number}", "make them again"))
     if not rows:
         raise RecordError(
             f"results {', '.join(map(str, folders))}: no line in them; let the search or sweep finish first"

@@ -21,6 +21,7 @@ from prnav.evaluate.records import find_evaluations, is_finished, load_evaluatio
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
 from prnav.report.tables import comparison_html, differences_html, seeds_html
+from prnav.schema import Anything, MapOf, Table, Text, read_json
 from prnav.sensors import Design
 from prnav.sensors.body import Body
 
@@ -200,7 +201,8 @@ def _designs(evaluations: Sequence[Evaluation]) -> list[str]:
             parts.append(f"<p>The body of design {html.escape(told['name'])} is {html.escape(told['body']['shape'])}; ")
             parts.append("<code>prnav-design show FILE</code> draws it.</p>")
             continue
-        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), Body(**told["body"]))
+        body = Body(**{key: told["body"][key] for key in ("radius", "height") if key in told["body"]})
+        design = Design(str(told["name"]), np.array(told["sensors"]), int(told["grid"]), body)
         parts.append(_figure(style.data_uri(draw_design(design)), f"The design {design.name} on the body."))
     return parts
 
@@ -232,8 +234,7 @@ def _trained(run: RunRecords) -> str:
 def _facts(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); restore it or delete it") from error
-    return facts if isinstance(facts, dict) else {}
+    facts: dict[str, Any] = read_json(
+        path, Table(allowed={"data": MapOf(Anything()), "warm_start": Text()}), RecordError, "restore it or delete it"
+    )
+    return facts

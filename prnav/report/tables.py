@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.table import Table
 
@@ -12,6 +12,8 @@ from prnav.contracts import Evaluation
 from prnav.evaluate.compare import Difference, SeedGroup, same_episodes
 from prnav.evaluate.intervals import Interval
 from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
+
+Column = TypeVar("Column")
 
 
 def intervals_of(header: Mapping[str, Any]) -> dict[str, Interval]:
@@ -37,13 +39,23 @@ def results_table(title: str, measures: Mapping[str, Interval]) -> Table:
     return table
 
 
+CELL, FIRST = 27, 20
+"""Width of a mean with its interval, and of the names of measures, borders included [characters]."""
+
+
+def that_fit(columns: Sequence[Column], width: int) -> list[Sequence[Column]]:
+    """Columns of a table in groups that stand side by side in ``width`` characters; each is a table of its own."""
+    most = max(1, (width - FIRST) // CELL)
+    return [columns[k : k + most] for k in range(0, len(columns), most)]
+
+
 def differences_table(differences: Sequence[Difference]) -> Table:
     """Differences to the first evaluation or group of seeds: a line per measure, a column per difference."""
     title = f"difference to {differences[0].baseline}, paired by episode (95 % interval)"
     table = Table(title=title, title_justify="left", title_style="bold")
     table.add_column("measure")
     for difference in differences:
-        table.add_column(difference.name, justify="right")
+        table.add_column(difference.name, justify="right", overflow="fold")
     for key in differences[0].measures:
         cells = [_signed(key, difference.measures.get(key)).replace("\n", "  ") for difference in differences]
         table.add_row(BY_KEY[key].label, *cells)
@@ -56,7 +68,7 @@ def seeds_table(groups: Sequence[SeedGroup]) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold")
     table.add_column("measure")
     for group in groups:
-        table.add_column(f"{group.name}, {len(group.seeds)} seeds", justify="right")
+        table.add_column(f"{group.name}, {len(group.seeds)} seeds", justify="right", overflow="fold")
     for key in groups[0].measures:
         cells = ["  ".join(format_interval(key, group.measures[key])) for group in groups if key in group.measures]
         table.add_row(BY_KEY[key].label, *cells)

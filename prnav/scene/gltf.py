@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from prnav.errors import SceneError
 from prnav.scene import decoders
-from prnav.scene.source import MeshSource, decode_data_uri, parse_json, split_glb
+from prnav.scene.allowance import Allowance
+from prnav.scene.glb import decode_data_uri, is_data_uri, parse_json, split_glb
+from prnav.scene.source import MeshSource
 
 _COMPONENTS: dict[int, type[Any]] = {
     5120: np.int8,
@@ -26,10 +28,8 @@ _COMPONENTS: dict[int, type[Any]] = {
     5126: np.float32,
 }
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_MAX_SPARSE = 20_000_000
-"""Most elements of an accessor that has no bytes of its own but for a sparse part."""
 
-_READ = {
+READ = {
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "EXT_texture_webp",
@@ -56,6 +56,8 @@ class GltfFile:
     def __init__(self, source: MeshSource) -> None:
         self.path: Path = source.path
         self._side = source.side
+        size = len(source.data) + sum(map(len, source.side.values()))
+        self.allowance = Allowance(f"scene {source.path}", size)
         self._chunk: memoryview | None = None
         text: bytes | memoryview = source.data
         if source.suffix == ".glb":
@@ -137,15 +139,22 @@ class GltfFile:
             values = self._view(entry, name, dtype, count, width)
         elif not sparse:
             self.fail(f"{name} has no data: it names no bufferView")
-        elif count > _MAX_SPARSE:
-            self.fail(f"{name} promises {count} elements without bytes; at most {_MAX_SPARSE} are taken")
         else:
+            self.allowance.spend("empty", count)
             values = np.zeros((count, width), dtype)
         if sparse:
             values = self._with_sparse(values, sparse, name)
         if entry.get("normalized") and dtype is not np.float32:
             return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
         return values
+
+    def is_compressed(self, entry: dict[str, Any]) -> bool:
+        """Whether an accessor's bytes are stored under a mesh compression."""
+        index = entry.get("bufferView")
+        if index is None:
+            return False
+        view = self.item("bufferViews", index, "an accessor")
+        return any(self.extension(view, name, f"bufferViews[{index}]") for name in decoders.MESHOPT_EXTENSIONS)
 
     def draco(self, compressed: dict[str, Any], name: str) -> tuple[NDArray[np.int64], dict[int, NDArray[Any]]]:
         """Triangles and attributes by id of a primitive under KHR_draco_mesh_compression."""
@@ -157,8 +166,8 @@ class GltfFile:
         except ValueError as error:
             self.fail(f"the Draco data of {name} cannot be decoded ({error})")
 
-    def image_bytes(self, index: Any, user: str) -> bytes | memoryview:
-        """The encoded image number ``index``."""
+    def image_bytes(self, index: Any, user: str) -> bytes | memoryview | None:
+        """The encoded image number ``index``; None where it is a file that is not there."""
         entry = self.item("images", index, user)
         name = f"images[{index}]"
         if "bufferView" in entry:
@@ -167,6 +176,8 @@ class GltfFile:
         uri = entry.get("uri")
         if not isinstance(uri, str):
             self.fail(f"{name} has neither a bufferView nor a uri")
+        if not is_data_uri(uri) and urllib.parse.unquote(uri) not in self._side:
+            return None
         return self._uri(uri, name)
 
     def _check_version(self) -> None:
@@ -177,7 +188,7 @@ class GltfFile:
         if not isinstance(required, list):
             self.fail("'extensionsRequired' is not a list")
         for name in map(str, required):
-            known = name in _READ or name.startswith("KHR_materials_")
+            known = name in READ or name.startswith("KHR_materials_")
             if not known and not decoders.available(name):
                 self.refuse_extension(name)
 
@@ -257,7 +268,7 @@ class GltfFile:
         return self._buffers[index]
 
     def _uri(self, uri: str, name: str) -> bytes:
-        if uri.startswith("data:"):
+        if is_data_uri(uri):
             return decode_data_uri(self.path, uri)
         data = self._side.get(urllib.parse.unquote(uri))
         if data is None:

@@ -1,7 +1,7 @@
 """The node tree of a glTF file as parts: instances, materials, textures, vertex colours.
 
 Factors are taken as they stand and textures as stored, without the sRGB transfer curve: readings are means of stored
-values. Morph targets, skins and animations are left at rest; texture wrap modes other than repeat are not kept.
+values. What is left out is listed in :data:`prnav.scene.gltf_unread.NOT_READ`.
 """
 
 from __future__ import annotations
@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from prnav.scene import decoders
 from prnav.scene.gltf import GltfFile
+from prnav.scene.gltf_unread import unread_notes
 from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
 from prnav.scene.source import MeshSource
+from prnav.scene.texture_wrap import REPEAT, Wrap, wrap_part
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _DRACO = "KHR_draco_mesh_compression"
+_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 
 
 @dataclass(frozen=True)
@@ -28,20 +31,25 @@ class _Material:
     texture: int = 0
     uv_set: int = 0
     uv_matrix: NDArray[np.float64] | None = None  # (2, 3)
+    wrap: Wrap = REPEAT
 
 
 _PLAIN = _Material(np.ones(3))
 
 
-def gltf_parts(source: MeshSource, textures: Textures) -> list[Part]:
-    """Parts of a GLB or glTF file in its own frame; images go into ``textures``."""
-    return _Reader(GltfFile(source), textures).parts()
+def gltf_parts(source: MeshSource, textures: Textures, notes: list[str]) -> list[Part]:
+    """Parts of a GLB or glTF file in its own frame; images go into ``textures``, what was left out into ``notes``."""
+    file = GltfFile(source)
+    parts = _Reader(file, textures, notes).parts()
+    notes += unread_notes(file)
+    return parts
 
 
 class _Reader:
-    def __init__(self, file: GltfFile, textures: Textures) -> None:
+    def __init__(self, file: GltfFile, textures: Textures, notes: list[str]) -> None:
         self.file = file
         self.textures = textures
+        self.notes = notes
         self._images: dict[int, int] = {}
         self._materials: dict[int, _Material] = {}
 
@@ -52,8 +60,10 @@ class _Reader:
         for index, matrix in self._instances():
             if index not in meshes:
                 meshes[index] = self._mesh(index)
-            triangles += sum(len(part.faces) for part in meshes[index])
+            more = sum(len(part.faces) for part in meshes[index])
+            triangles += more
             check_triangles(self.file.path, triangles)
+            self.file.allowance.spend("triangles", more)
             result += [part.moved(matrix) for part in meshes[index]]
         return result
 
@@ -61,6 +71,7 @@ class _Reader:
         """Meshes to draw and their matrices (4, 4), in the order of the node tree."""
         file = self.file
         nodes = file.items("nodes")
+        file.allowance.spend("nodes", len(nodes))
         seen = np.zeros(len(nodes), bool)
         stack = [(root, np.eye(4)) for root in reversed(self._roots())]
         result = []
@@ -71,6 +82,8 @@ class _Reader:
             if seen[index]:
                 file.fail(f"{name} is reached twice; the nodes must be a tree")
             seen[index] = True
+            if file.extension(node, "KHR_node_visibility", name).get("visible", True) is False:
+                continue  # with all that is under it
             if file.extension(node, "EXT_mesh_gpu_instancing", name):
                 file.refuse_extension("EXT_mesh_gpu_instancing")
             with np.errstate(all="ignore"):  # what is not finite is refused with the vertices
@@ -96,6 +109,8 @@ class _Reader:
         return value
 
     def _matrix(self, node: dict[str, Any], name: str) -> NDArray[np.float64]:
+        if not {"matrix", "rotation", "scale", "translation"} & node.keys():
+            return np.eye(4)
         if "matrix" in node:
             return self.file.numbers(node, "matrix", name, [0.0] * 16).reshape(4, 4).T
         matrix = np.eye(4)
@@ -120,6 +135,7 @@ class _Reader:
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
             self.file.fail(f"'primitives' of meshes[{index}] is not a list of objects")
+        self.file.allowance.spend("primitives", len(primitives))
         parts = [self._primitive(item, f"meshes[{index}].primitives[{k}]") for k, item in enumerate(primitives)]
         return [part for part in parts if part is not None]
 
@@ -135,6 +151,7 @@ class _Reader:
             return None  # nothing to draw, says the standard
         data = self._geometry(primitive, attributes, name)
         vertices = data("POSITION", (3,))
+        file.allowance.spend("vertices", len(vertices))
         faces = data.faces if data.faces is not None else self._faces(primitive, mode, len(vertices), name)
         if not len(faces):
             return None
@@ -159,7 +176,10 @@ class _Reader:
             if material.uv_matrix is not None:
                 with np.errstate(all="ignore"):  # what is not finite is refused with the mesh
                     uvs = uvs @ material.uv_matrix[:, :2].T + material.uv_matrix[:, 2]
-        return Part.of(vertices, faces, uvs, colors, material.texture)
+        if material.texture and uvs is None:
+            self.notes.append(f"{name} has a picture and no texture coordinates, it shows its colour alone")
+        part = Part.of(vertices, faces, uvs, colors, material.texture if uvs is not None else 0)
+        return wrap_part(part, material.wrap, self.textures)
 
     def _attribute(
         self, data: _Geometry, key: str, columns: tuple[int, ...], used: NDArray[np.bool_], name: str
@@ -176,23 +196,28 @@ class _Reader:
         position = file.item("accessors", attributes["POSITION"], name)
         if not compressed or ("bufferView" in position and not decoders.available(_DRACO)):
             return _Geometry(file, attributes, name)
-        faces, arrays = file.draco(compressed, name)
-        count = file.integer(position, "count", f"POSITION of {name}")
+        faces, arrays = file.draco(compressed, name)  # their own counts rule, whatever the accessors promise
+        file.allowance.spend("packed", faces.size)
+        ids = file.table(compressed, "attributes", f"{_DRACO} of {name}")
+        decoded = arrays.get(_number(ids.get("POSITION")))
+        count = 0 if decoded is None else len(decoded)
         if len(faces) and not 0 <= faces.min() <= faces.max() < count:
             file.fail(f"the Draco data of {name} has triangles beyond its {count} vertices")
-        ids = file.table(compressed, "attributes", f"{_DRACO} of {name}")
         return _Geometry(file, attributes, name, faces, {key: arrays.get(_number(ids[key])) for key in ids})
 
     def _faces(self, primitive: dict[str, Any], mode: int, count: int, name: str) -> NDArray[np.int64]:
         file = self.file
         if "indices" in primitive:
+            entry = file.item("accessors", primitive["indices"], f"indices of {name}")
             values = file.accessor(primitive["indices"], f"indices of {name}", (1,))[:, 0]
+            file.allowance.spend("packed" if file.is_compressed(entry) else "indices", len(values))
             if values.dtype.kind != "u":
                 file.fail(f"indices of {name} are of type {values.dtype}; valid: unsigned 8, 16 or 32 bits")
             order = values.astype(np.int64)
             if len(order) and order.max() >= count:
                 file.fail(f"an index of {name} is {order.max()}; its vertices are 0..{count - 1}")
         else:
+            file.allowance.spend("indices", count)
             order = np.arange(count, dtype=np.int64)
         if mode == _TRIANGLES:
             if len(order) % 3:
@@ -221,15 +246,24 @@ class _Reader:
         if older := file.extension(entry, "KHR_materials_pbrSpecularGlossiness", name):
             table, color_key, texture_key = older, "diffuseFactor", "diffuseTexture"
         color = file.numbers(table, color_key, name, [1.0, 1.0, 1.0, 1.0])[:3]
+        glow = file.numbers(entry, "emissiveFactor", name, [0.0, 0.0, 0.0])
+        strength = file.extension(entry, "KHR_materials_emissive_strength", name)
+        glow = glow * file.numbers({"s": [strength.get("emissiveStrength", 1.0)]}, "s", name, [1.0])
+        says_nothing = color_key not in table and texture_key not in table
+        if glow.any() and (says_nothing or not color.any()):  # all its light is its own
+            table, color, texture_key = entry, np.clip(glow, 0.0, 1.0), "emissiveTexture"
         if texture_key not in table:
             return _Material(color)
         info = file.table(table, texture_key, name)
-        texture = self._texture(info.get("index"), name)
+        texture, wrap = self._texture(info.get("index"), name)
+        if not texture:
+            return _Material(color)
         uv_set = file.integer(info, "texCoord", name, 0)
         transform = file.extension(info, "KHR_texture_transform", name)
         if not transform:
-            return _Material(color, texture, uv_set)
-        return _Material(color, texture, file.integer(transform, "texCoord", name, uv_set), self._uv(transform, name))
+            return _Material(color, texture, uv_set, None, wrap)
+        uv_set = file.integer(transform, "texCoord", name, uv_set)
+        return _Material(color, texture, uv_set, self._uv(transform, name), wrap)
 
     def _uv(self, transform: dict[str, Any], name: str) -> NDArray[np.float64]:
         """Matrix (2, 3) of a texture transform: scale, then rotate counter-clockwise (v is down), then move."""
@@ -240,7 +274,8 @@ class _Reader:
         c, s = np.cos(turn), np.sin(turn)
         return np.array([[c * su, s * sv, tu], [-s * su, c * sv, tv]])
 
-    def _texture(self, index: Any, user: str) -> int:
+    def _texture(self, index: Any, user: str) -> tuple[int, Wrap]:
+        """Number of a texture, 0 where its image is missing, and how it goes on beyond its border."""
         file = self.file
         entry = file.item("textures", index, user)
         name = f"textures[{index}]"
@@ -253,10 +288,21 @@ class _Reader:
             for extension in file.table(entry, "extensions", name):
                 file.refuse_extension(extension)
             file.fail(f"{name} names no image")
-        data = file.image_bytes(image, name)
+        wrap = REPEAT
+        if "sampler" in entry:
+            sampler = file.item("samplers", entry["sampler"], name)
+            wrap = Wrap(*(self._wrap(sampler, key, name) for key in ("wrapS", "wrapT")))
         if image not in self._images:
-            self._images[image] = self.textures.add(EncodedImage(data, f"scene {file.path}: images[{image}]"))
-        return self._images[image]
+            data = file.image_bytes(image, name)
+            where = f"scene {file.path}: images[{image}]"
+            self._images[image] = 0 if data is None else self.textures.add(EncodedImage(data, where))
+        return self._images[image], wrap
+
+    def _wrap(self, sampler: dict[str, Any], key: str, name: str) -> str:
+        value = sampler.get(key, 10497)
+        if value not in _WRAPS:
+            self.file.fail(f"{key!r} of {name} is {value!r:.20}; valid: {', '.join(map(str, _WRAPS))}")
+        return _WRAPS[value]
 
 
 class _Geometry:
@@ -280,10 +326,10 @@ class _Geometry:
         if key not in self.decoded:
             return self.file.accessor(self.attributes[key], user, columns)
         entry = self.file.item("accessors", self.attributes[key], user)
-        values, count = self.decoded[key], self.file.integer(entry, "count", user)
-        if values is None or values.ndim != 2 or values.shape[1] not in columns or len(values) != count:
+        values = self.decoded[key]
+        if values is None or values.ndim != 2 or values.shape[1] not in columns:
             found = "nothing" if values is None else f"an array {values.shape}"
-            self.file.fail(f"{user}: the Draco data holds {found} where {count} x {columns} numbers are needed")
+            self.file.fail(f"{user}: the Draco data holds {found} where {columns} numbers for each vertex are needed")
         if entry.get("normalized") and values.dtype.kind in "iu":
             return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
         return values

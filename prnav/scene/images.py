@@ -1,8 +1,14 @@
-"""Image files to texels, whatever the kind of pixels, and no bigger than asked for."""
+"""Image files to texels, whatever the kind of pixels, and no bigger than asked for.
+
+A few kilobytes can hold hundreds of millions of pixels. An image is therefore decoded only where its pixels, at the
+scale at which its format can be decoded, are no more than :data:`MAX_PIXELS`, and is turned into texels strip by strip,
+so that no second copy of it is ever needed.
+"""
 
 from __future__ import annotations
 
 import io
+import math
 import struct
 import warnings
 import zlib
@@ -17,7 +23,14 @@ from prnav.errors import SceneError
 from prnav.scene import decoders
 
 MAX_SIDE = 16384
-"""Longest side of an image [pixels] that is decoded at all; PIL's own limit on their product (179 M) holds too."""
+"""Longest side of an image [pixels] that is looked at; PIL's own limit on their product (179 M) holds too."""
+
+MAX_PIXELS = 1 << 26
+"""Most pixels of an image that are ever decoded: as many as a scene's textures keep together by default. A JPEG that
+has more is decoded at a half, a quarter or an eighth of its size where that is enough; any other is refused."""
+
+_STRIP = 1 << 20
+"""About how many pixels of an image are turned into texels at once."""
 
 _FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TIFF", "TGA", "PPM")
 """What PIL may take a file for: kinds that textures have, and none that starts another program."""
@@ -37,6 +50,11 @@ class EncodedImage:
 
     data: bytes | memoryview
     where: str
+
+    @property
+    def alteration(self) -> bytes:
+        """What is done to the texels, so that two images of the same data are told apart; nothing here."""
+        return b""
 
     @cached_property
     def size(self) -> tuple[int, int]:
@@ -60,16 +78,22 @@ class EncodedImage:
         Raises:
             SceneError: not an image, cut off, or too big.
         """
-        _ = self.size  # refuses what is too big before it is decoded
+        size = self.size  # refuses what is too big before it is decoded
         if decoders.is_basis(self.data):
+            self._bounded(size)
             try:
-                return _texels(Image.fromarray(np.ascontiguousarray(decoders.decode_basis(self.data))), factor)
+                return reduced_texels(np.asarray(decoders.decode_basis(self.data)), size, factor)
             except ValueError as error:
                 raise self._broken_basis(error) from error
         try:
             image = self._open()
+            if size[0] * size[1] > MAX_PIXELS:  # only a JPEG can be decoded smaller than it is, by up to 8
+                scale = min(factor, 8)
+                image.draft(None, (-(-size[0] // scale), -(-size[1] // scale)))
+                factor //= max(1, round(size[0] / image.size[0]))
+            self._bounded(image.size)
             image.load()
-            return _texels(image, factor)
+            return reduced_texels(image, image.size, factor)
         except Image.DecompressionBombError as error:
             raise self._too_big(error) from error
         except _PIL_ERRORS as error:
@@ -98,6 +122,13 @@ class EncodedImage:
             )
         return size
 
+    def _bounded(self, size: tuple[int, int]) -> None:
+        if size[0] * size[1] > MAX_PIXELS:
+            raise SceneError(
+                f"{self.where} has {size[0]} x {size[1]} pixels; at most {MAX_PIXELS} are decoded: shrink it to "
+                f"{math.isqrt(MAX_PIXELS)} a side"
+            )
+
     def _too_big(self, error: Exception) -> SceneError:
         return SceneError(f"{self.where} is too big to decode ({error}); shrink it under {MAX_SIDE} a side")
 
@@ -121,7 +152,23 @@ def reduction(size: tuple[int, int], max_texture_size: int) -> int:
     return factor
 
 
-def _texels(image: Image.Image, factor: int) -> NDArray[np.uint8]:
+def reduced_texels(image: Image.Image | NDArray[np.uint8], size: tuple[int, int], factor: int) -> NDArray[np.uint8]:
+    """RGBA texels of a decoded image of a size (width, height), strip by strip."""
+    width, height = size
+    texels = np.empty((-(-height // factor), -(-width // factor), 4), np.uint8)
+    rows = factor * max(1, _STRIP // (width * factor))
+    for top in range(0, height, rows):
+        end = min(top + rows, height)
+        if isinstance(image, np.ndarray):
+            strip = Image.fromarray(np.ascontiguousarray(image[top:end]))
+        else:
+            strip = image.crop((0, top, width, end)) if rows < height else image
+        texels[top // factor : -(-end // factor)] = _strip_texels(strip, factor)
+    return texels
+
+
+def _strip_texels(image: Image.Image, factor: int) -> NDArray[np.uint8]:
+    """RGBA texels of some rows of an image, each the mean of factor x factor pixels."""
     if image.mode[0] in "IF":
         image = _eight_bits(image)
     alpha = image.convert("RGBA").getchannel("A") if image.mode in ("LA", "La", "PA", "RGBA", "RGBa") else None

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import json
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from prnav.cache import cache_key, cached_arrays, is_cached
 from prnav.config import to_mapping
-from prnav.errors import SceneError
+from prnav.errors import SceneError, SceneNote
 from prnav.files import resolve_inside
 from prnav.frames import to_y_up
 from prnav.scene.load import check_limits, compose
@@ -19,7 +25,7 @@ from prnav.scene.scene_file import AXES, SceneFile
 from prnav.scene.source import MeshSource, read_source
 from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET, TextureLimits
 
-SCENE_VERSION = 3
+SCENE_VERSION = 4
 """Version of the code from file to arrays: whatever changes the arrays of any file raises it, and caches are redone."""
 
 SPLITS = ("train", "val", "test")
@@ -33,10 +39,12 @@ def load_scene(
     up: str = "y",
     max_texture_size: int = MAX_TEXTURE_SIZE,
     texture_budget: int = TEXTURE_BUDGET,
+    root: str | Path | None = None,
 ) -> SceneMesh:
     """A scene from a mesh file (.glb, .gltf, .obj, .ply) or a built-in id such as "prhouses/test/03".
 
-    The arrays are kept in the cache, under a hash of the bytes of the file and all the files it names.
+    The arrays are kept in the cache, under a hash of the bytes of the file and all the files it names. What was not
+    found or left out stands in the scene's notes and is given as warnings, whether it came from the cache or not.
 
     Args:
         source: path of a mesh file, a built-in id, or a scene of a data set
@@ -46,6 +54,7 @@ def load_scene(
         max_texture_size: longest side of a texture [texels]; bigger ones of a file are reduced by a power of two.
         texture_budget: texels of all textures of a file together; where there are more, those with the most texels per
             square metre of surface are reduced by powers of two. Built-in homes stay as they are.
+        root: folder that the images and materials of a file may be in, above its own; it counts for meshes in it.
 
     Raises:
         SceneError: no such scene, or a file that cannot be used.
@@ -55,19 +64,22 @@ def load_scene(
         return _load_built_in(source)
     scene = source if isinstance(source, SceneFile) else SceneFile(Path(source).name, Path(source), AXES[up])
     limits = check_limits(scene.path, max_texture_size, texture_budget)
-    stage, objects = _read_files(scene)
-    digests = [file.digest() for file in (stage, *objects.values())]
-    key = cache_key(SCENE_VERSION, digests, scene.describe(), max_texture_size, texture_budget)
-    return _cached("scene", key, scene.path.name, lambda: compose(scene, stage, objects, limits))
+    stage, objects = _read_files(scene, root)
+    files = [(file.digest(), file.notes) for file in (stage, *objects.values())]
+    key = cache_key(SCENE_VERSION, files, scene.describe(), max_texture_size, texture_budget)
+    mesh = _cached("scene", key, scene.path.name, lambda: compose(scene, stage, objects, limits))
+    for note in mesh.notes:
+        warnings.warn(f"scene {scene.path}: {note}", SceneNote, stacklevel=2)
+    return mesh
 
 
-def parse_scene(scene: SceneFile) -> SceneMesh:
+def parse_scene(scene: SceneFile, root: str | Path | None = None) -> SceneMesh:
     """A scene from its files, past the cache.
 
     Raises:
         SceneError: a file that cannot be used.
     """
-    return compose(scene, *_read_files(scene), TextureLimits())
+    return compose(scene, *_read_files(scene, root), TextureLimits())
 
 
 def scene_ids(split: str) -> list[str]:
@@ -91,13 +103,14 @@ def ten_training_homes() -> list[str]:
 
 
 def resolve_scene(
-    scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = ()
+    scene_id: str, data_root: str | Path | None = None, scene_files: Sequence[str | Path] = (), only: bool = False
 ) -> str | Path:
     """What to give to :func:`load_scene` for a scene id of an episode file.
 
     Built-in ids stand for themselves. Of ``scene_files``, the one counts whose path ends with most of the id's parts,
     its file name at least. Else the id is a path under ``data_root``, with Habitat's "data/scene_datasets/" in front
-    or not; the root may be Habitat's "data" folder, too.
+    or not; the root may be Habitat's "data" folder, too. With ``only``, the one scene file given stands for whatever
+    the episodes call their one scene, if nothing else does.
 
     Raises:
         SceneError: nothing fits, two files fit alike, or the id leaves the root.
@@ -126,6 +139,8 @@ def resolve_scene(
                 return path
         looked.append(f"the data root {data_root}")
     where = ", ".join(looked) or "no --data-root and no --scene given"
+    if only and len(files) == 1:
+        return _existing(files[0], scene_id)
     raise SceneError(
         f"scene {scene_id!r} is not found (looked in: {where}); name the folder that holds it with --data-root DIR, "
         f"or the mesh itself with --scene FILE"
@@ -137,10 +152,10 @@ def is_built_in(scene_id: str) -> bool:
     return scene_id.startswith(_BUILT_IN)
 
 
-def _read_files(scene: SceneFile) -> tuple[MeshSource, dict[Path, MeshSource]]:
+def _read_files(scene: SceneFile, root: str | Path | None) -> tuple[MeshSource, dict[Path, MeshSource]]:
     """The bytes of a scene's stage and of its objects, each read once."""
     paths = dict.fromkeys(placed.path for placed in scene.objects)
-    return read_source(scene.path), {path: read_source(path) for path in paths}
+    return read_source(scene.path, root), {path: read_source(path, root) for path in paths}
 
 
 def _load_built_in(scene_id: str) -> SceneMesh:
@@ -184,7 +199,13 @@ def _houses_code() -> str:
 
 
 def _cached(kind: str, key: str, name: str, make: Callable[[], SceneMesh]) -> SceneMesh:
-    return SceneMesh.from_arrays(name, cached_arrays(kind, key, lambda: make().to_arrays()))
+    def stored() -> dict[str, NDArray[Any]]:
+        mesh = make()
+        notes = np.frombuffer(json.dumps(mesh.notes).encode(), np.uint8)
+        return {**mesh.to_arrays(), "notes": notes}
+
+    arrays = cached_arrays(kind, key, stored)
+    return SceneMesh.from_arrays(name, arrays, tuple(json.loads(arrays["notes"].tobytes())))
 
 
 def _common_ending(path: Sequence[str], parts: Sequence[str]) -> int:

@@ -12,8 +12,9 @@ from prnav.errors import SceneError
 from prnav.frames import to_y_up
 from prnav.scene.gltf_scene import gltf_parts
 from prnav.scene.mesh import SceneMesh
+from prnav.scene.obj import obj_parts
 from prnav.scene.parts import Part, Textures, assemble, check_triangles
-from prnav.scene.polygon_files import polygon_parts
+from prnav.scene.ply import ply_parts
 from prnav.scene.scene_file import AXES, PlacedObject, SceneFile
 from prnav.scene.source import MeshSource
 from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET, TextureLimits
@@ -70,23 +71,28 @@ def compose(scene: SceneFile, stage: MeshSource, objects: dict[Path, MeshSource]
         SceneError: a file that cannot be used, or too many triangles in all.
     """
     textures = Textures()
-    parts = _placed(read_parts(stage, textures), scene.frame.matrix())
+    notes: list[str] = []
+    parts = _placed(read_parts(stage, textures, notes), scene.frame.matrix())
     files: dict[Path, list[Part]] = {}
     triangles = sum(len(part.faces) for part in parts)
     for placed in scene.objects:
         if placed.path not in files:
-            files[placed.path] = read_parts(objects[placed.path], textures)
+            own_notes: list[str] = []
+            files[placed.path] = read_parts(objects[placed.path], textures, own_notes)
+            notes += [f"{placed.path.name}: {note}" for note in own_notes]
         own = files[placed.path]
         triangles += sum(len(part.faces) for part in own)
         check_triangles(scene.path, triangles)
         if any(len(part.faces) for part in own):
             parts += _placed(own, placed.matrix(_bounds(own, placed)))
-    return assemble(scene.path, parts, textures, limits)
+    return assemble(scene.path, parts, textures, limits, notes)
 
 
-def read_parts(source: MeshSource, textures: Textures) -> list[Part]:
-    """Parts of a mesh file in its own frame; its images go into ``textures``."""
-    return polygon_parts(source, textures) if source.suffix in (".obj", ".ply") else gltf_parts(source, textures)
+def read_parts(source: MeshSource, textures: Textures, notes: list[str]) -> list[Part]:
+    """Parts of a mesh file in its own frame; its images go into ``textures``, what it lacks into ``notes``."""
+    notes += source.notes
+    read = {".obj": obj_parts, ".ply": ply_parts}.get(source.suffix, gltf_parts)
+    return read(source, textures, notes)
 
 
 def _placed(parts: Sequence[Part], matrix: NDArray[np.float64]) -> list[Part]:

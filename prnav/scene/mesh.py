@@ -40,6 +40,7 @@ class SceneMesh:
     faces: NDArray[np.int32]  #: vertex indices, (F, 3); counter-clockwise seen from the front
     face_texture: NDArray[np.int32]  #: row of the atlas's table, (F,); 0 is plain white
     atlas: TextureAtlas
+    notes: tuple[str, ...] = ()  #: what of its files was not found or left out, a sentence each; not in the hash
 
     def __post_init__(self) -> None:
         for field, (dtype, columns) in _FIELDS.items():
@@ -85,7 +86,7 @@ class SceneMesh:
         return {**arrays, **self.atlas.to_arrays()}
 
     @classmethod
-    def from_arrays(cls, name: str, arrays: Mapping[str, NDArray[Any]]) -> SceneMesh:
-        """Inverse of :meth:`to_arrays`."""
+    def from_arrays(cls, name: str, arrays: Mapping[str, NDArray[Any]], notes: tuple[str, ...] = ()) -> SceneMesh:
+        """Inverse of :meth:`to_arrays`, which holds neither name nor notes."""
         fields = {field: arrays[field] for field in (*_FIELDS, "face_texture")}
-        return cls(name=name, **fields, atlas=TextureAtlas(arrays["texels"], arrays["table"]))
+        return cls(name=name, **fields, atlas=TextureAtlas(arrays["texels"], arrays["table"]), notes=notes)

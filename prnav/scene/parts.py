@@ -79,7 +79,7 @@ class Textures:
 
     def add(self, image: EncodedImage) -> int:
         """Number of a texture, from 1 on."""
-        key = hashlib.sha256(image.data).digest()
+        key = hashlib.sha256(image.data).digest() + image.alteration
         if key not in self._numbers:
             _ = image.size  # what is no image is refused where it is used first
             self.images.append(image)
@@ -87,8 +87,10 @@ class Textures:
         return self._numbers[key]
 
 
-def assemble(path: Path, parts: Sequence[Part], textures: Textures, limits: TextureLimits) -> SceneMesh:
-    """One mesh of all parts, which are in the y-up world frame [m] already.
+def assemble(
+    path: Path, parts: Sequence[Part], textures: Textures, limits: TextureLimits, notes: Sequence[str] = ()
+) -> SceneMesh:
+    """One mesh of all parts, which are in the y-up world frame [m] already, with notes on what it lacks.
 
     Raises:
         SceneError: no triangles, too many, coordinates that are not finite or beyond reason, or a broken image.
@@ -113,7 +115,7 @@ def assemble(path: Path, parts: Sequence[Part], textures: Textures, limits: Text
     numbers = np.array([part.texture for part in parts], np.int32)
     face_texture = np.repeat(numbers, [len(part.faces) for part in parts])
     atlas = build_atlas(textures.images, limits, vertices, uvs, faces, face_texture)
-    return SceneMesh(path.name, vertices, uvs, colors, faces, face_texture, atlas)
+    return SceneMesh(path.name, vertices, uvs, colors, faces, face_texture, atlas, tuple(dict.fromkeys(notes)))
 
 
 def check_triangles(path: Path, count: int) -> None:

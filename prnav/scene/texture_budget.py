@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.errors import SceneError
 from prnav.scene.atlas import TextureAtlas
 from prnav.scene.images import EncodedImage, reduction
 
@@ -21,6 +22,12 @@ MAX_TEXTURE_SIZE = 1024
 
 TEXTURE_BUDGET = 1 << 26
 """Default of the texels that a scene's textures keep together: 67 million, 358 MB with mip levels."""
+
+FREE_PIXELS = 1 << 28
+"""Pixels that the images of any one scene may have together: 268 million, a few seconds of decoding."""
+
+PIXELS_PER_BYTE = 512
+"""Pixels that they may have besides, for each of their bytes; a drawing of few colours has some hundred."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +55,30 @@ def build_atlas(
 
     Images are decoded one after another, so that no more than one stands in memory besides the atlas.
     """
+    _check_pixels(images)
     factors = [reduction(image.size, limits.max_texture_size) for image in images]
     if sum(_texels(image, factor) for image, factor in zip(images, factors, strict=True)) > limits.texture_budget:
         surface, repeats = _areas(len(images), vertices, uvs, faces, face_texture)
         factors = budget_factors([image.size for image in images], factors, surface, repeats, limits.texture_budget)
     sizes = [_reduced(image.size, factor) for image, factor in zip(images, factors, strict=True)]
     return TextureAtlas.from_stream(sizes, (image.decode(f) for image, f in zip(images, factors, strict=True)))
+
+
+def _check_pixels(images: Sequence[EncodedImage]) -> None:
+    """Refuse images that are many times bigger than their bytes can account for, before any is decoded.
+
+    Raises:
+        SceneError: all together have too many pixels.
+    """
+    pixels, size = 0, 0
+    for image in images:
+        width, height = image.size
+        pixels, size = pixels + width * height, size + len(image.data)
+        if pixels > (most := FREE_PIXELS + PIXELS_PER_BYTE * size):
+            raise SceneError(
+                f"{image.where} and the images before it have {pixels} pixels in {size} bytes; at most {most} are "
+                f"decoded: shrink them"
+            )
 
 
 def budget_factors(

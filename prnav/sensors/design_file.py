@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import tomli_w
 
 from prnav.config import load_config
 from prnav.errors import ConfigError, DesignError
@@ -230,8 +231,8 @@ def design_to_toml(design: Design) -> str:
     """
     space = design.space
     lines = [
-        f"name = {json.dumps(design.name)}",
-        f"description = {json.dumps(design.description)}",
+        _text("name", design.name),
+        _text("description", design.description),
         f"grid = {design.grid}",
         "",
         "[body]",
@@ -274,7 +275,12 @@ def _body_lines(design: Design) -> list[str]:
     file = getattr(design.body, "file", "")
     if not file:
         raise DesignError(f"design {design.name}: its body comes from no file; save the mesh and load the body from it")
-    return [f"mesh = {json.dumps(file)}"]
+    return [_text("mesh", file)]
+
+
+def _text(key: str, value: str) -> str:
+    """A line of TOML, whatever characters the value has."""
+    return tomli_w.dumps({key: value}).rstrip("\n")
 
 
 def _number(value: float) -> str:

@@ -89,7 +89,7 @@ def read_out(
         steps: each agent's step in its episode, shape (N,); needed where there is noise.
 
     Raises:
-        DesignError: settings do not fit the K sensors, or there is noise but no seeds and steps of that shape.
+        DesignError: settings do not fit the K sensors, or there is noise but no whole seeds and steps of that shape.
     """
     agents, sensors = light.shape[:2]
     per_sensor = readout.per_sensor(sensors)
@@ -101,6 +101,9 @@ def read_out(
     if readout.is_noisy:
         if seeds is None or steps is None or np.shape(seeds) != (agents,) or np.shape(steps) != (agents,):
             raise DesignError(f"noise needs seeds and steps of shape ({agents},), one of each agent")
+        for name, values in (("seeds", seeds), ("steps", steps)):
+            if np.asarray(values).dtype.kind not in "iu" and agents:
+                raise DesignError(f"{name} of noise are {np.asarray(values).dtype}; they must be 64-bit whole numbers")
         signal += noise * standard_normal(seeds, steps, light.shape[1:])
     signal = np.clip(signal, 0.0, 1.0)
     levels = np.maximum(2.0**bits - 1.0, 1.0)

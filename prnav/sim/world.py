@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from prnav.navmesh import NavMesh, NavMeshSet, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.scene import SceneMesh, load_scene, open_scene_set, resolve_scene
@@ -25,6 +26,10 @@ class World:
     navmeshes: tuple[NavMesh, ...]
     navmesh_origins: tuple[str, ...] = ()
     """Where each navmesh is from: "built", or "file NAME"."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        """Nothing in it ever changes: copies share it."""
+        return self
 
     @cached_property
     def navmesh_set(self) -> NavMeshSet:
@@ -72,8 +77,8 @@ def load_world(
         if progress is not None:
             progress(done, len(scene_ids), scene_id)
         if scene_set is None or is_built_in(scene_id):
-            found = resolve_scene(scene_id, data_root, scene_files)
-            scene = load_scene(found, up, limits.max_texture_size, limits.texture_budget)
+            found = resolve_scene(scene_id, data_root, scene_files, only=len(scene_ids) == 1)
+            scene = load_scene(found, up, limits.max_texture_size, limits.texture_budget, data_root)
             navmesh, origin = load_navmesh(scene, settings), "built"
         else:
             place = scene_set.scene(scene_id)

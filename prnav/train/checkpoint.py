@@ -6,9 +6,10 @@ pickle: a checkpoint from a stranger cannot run code.
 
 from __future__ import annotations
 
+import functools
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,13 +21,38 @@ from safetensors.numpy import save_file
 
 from prnav.errors import CheckpointError
 from prnav.files import atomic_path
+from prnav.schema import Anything, ListOf, MapOf, Number, Table, Text, fit
 
 FORMAT = 1
 SUFFIX = ".safetensors"
 _NAME = re.compile(r"step-(\d+)\.safetensors")
 _ARRAY = "__array__"
 
+_BEFORE = "delete it to go on from the one before"
+
 R = TypeVar("R")
+
+_COUNT = Number(0, 1e18, whole=True)
+_DIMENSION = Number(0, 1_000_000, whole=True)
+
+TREE = Table(
+    allowed={
+        "version": Text(),
+        "config_hash": Text(),
+        "shapes": MapOf(ListOf(_DIMENSION)),
+        "observations": MapOf(Table({"shape": ListOf(_DIMENSION)})),
+        "policy": MapOf(Anything()),
+        "counters": Table({"step": _COUNT, "updates": _COUNT, "episodes": _COUNT}),
+        "workers": _COUNT,
+        "learner": Table({"optimizer": Table({"state": MapOf(MapOf(Anything()))}), "generator": MapOf(Anything())}),
+        "collector": MapOf(Anything()),
+        "seconds": Number(0, 1e12),
+        "recent": ListOf(MapOf(Number(finite=False))),
+        "validated_step": _COUNT,
+        "best": MapOf(Number()),
+    }
+)
+"""The top of a checkpoint's tree; :func:`needed` says which of it must be there."""
 
 
 def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
@@ -60,9 +86,69 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
                     f"checkpoint {path}: format {metadata.get('format')!r}, this version reads {FORMAT}; "
                     f"use the version of prnav that wrote it (see run.json beside it)"
                 )
-            return _fill(json.loads(metadata["tree"]), file.get_tensor)
-    except (OSError, SafetensorError, ValueError, KeyError) as error:
+            tree: dict[str, Any] = _fill(json.loads(metadata["tree"]), functools.cache(file.get_tensor))
+    except (OSError, SafetensorError, ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
         raise CheckpointError(f"checkpoint {path}: cannot be read ({error})") from error
+    return fit(
+        tree, TREE, CheckpointError, f"checkpoint {path}", "it is damaged; delete it to go on from the one before"
+    )
+
+
+def needed(tree: Mapping[str, Any], keys: Sequence[str], path: str | Path) -> None:
+    """Hold a checkpoint to the parts that are about to be used.
+
+    Raises:
+        CheckpointError: one is missing.
+    """
+    for key in keys:
+        if key not in tree:
+            raise CheckpointError(f"checkpoint {path}: it lacks {key!r}; it is damaged: {_BEFORE}")
+
+
+def check_like(found: Any, model: Any, path: str | Path, place: str = "", any_rows: Collection[str] = ()) -> None:
+    """Hold a part of a checkpoint to what this run would write: the same keys, types and shapes.
+
+    Args:
+        found: the part.
+        model: the same of this run.
+        path: the checkpoint, for errors.
+        place: where in it the part stands.
+        any_rows: names of arrays whose number of rows may differ.
+
+    Raises:
+        CheckpointError: something differs.
+    """
+    problem = None
+    if isinstance(model, Mapping):
+        if not isinstance(found, Mapping) or found.keys() != model.keys():
+            keys = sorted(map(str, found.keys() ^ model.keys())) if isinstance(found, Mapping) else "all"
+            problem = f"has other parts ({keys})"
+        else:
+            for key, value in model.items():
+                check_like(found[key], value, path, f"{place}/{key}", any_rows)
+    elif isinstance(model, torch.Tensor | np.ndarray):
+        wanted = model.detach().cpu().numpy() if isinstance(model, torch.Tensor) else model
+        first = 1 if place.rpartition("/")[2] in any_rows else 0
+        if not isinstance(found, np.ndarray) or found.dtype != wanted.dtype:
+            problem = f"is {getattr(found, 'dtype', type(found).__name__)} where {wanted.dtype} is needed"
+        elif found.ndim != wanted.ndim or found.shape[first:] != wanted.shape[first:]:
+            problem = f"is of shape {found.shape} where {wanted.shape} is needed"
+        elif found.dtype.kind == "f" and np.isnan(found).any() and not np.isnan(wanted).any():
+            problem = "is not a number somewhere"
+    elif isinstance(model, list | tuple):
+        if not isinstance(found, list) or len(found) != len(model):
+            problem = f"is not a list of {len(model)}"
+        else:
+            for index, value in enumerate(model):
+                check_like(found[index], value, path, f"{place}/{index}", any_rows)
+    elif model is not None and (
+        not isinstance(found, type(model)) or isinstance(found, bool) != isinstance(model, bool)
+    ):
+        problem = f"is {found!r:.40} where a {type(model).__name__} is needed"
+    if problem is not None:
+        raise CheckpointError(
+            f"checkpoint {path}: its part {place.strip('/')} {problem}; it is damaged, or of another version: {_BEFORE}"
+        )
 
 
 def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
@@ -86,6 +172,8 @@ def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
 def _fill(node: Any, array: Callable[[str], NDArray[Any]]) -> Any:
     if isinstance(node, dict):
         if _ARRAY in node:
+            if not isinstance(node[_ARRAY], str):
+                raise ValueError("an array without a name")
             return array(node[_ARRAY])
         return {key: _fill(value, array) for key, value in node.items()}
     if isinstance(node, list):
@@ -151,6 +239,14 @@ def load_policy_weights(policy: torch.nn.Module, weights: Mapping[str, NDArray[A
     Raises:
         CheckpointError: they are of another policy.
     """
+    expected = policy.state_dict()
+    for name, value in weights.items():
+        tensor = torch.from_numpy(value) if isinstance(value, np.ndarray) else None
+        if tensor is None or (name in expected and tensor.dtype != expected[name].dtype):
+            kind = type(value).__name__ if tensor is None else str(tensor.dtype)
+            raise CheckpointError(f"checkpoint {source}: its weights {name!r} are of type {kind}, not float32")
+        if tensor.is_floating_point() and not bool(torch.isfinite(tensor).all()):
+            raise CheckpointError(f"checkpoint {source}: its weights {name!r} are not finite; take another checkpoint")
     try:
         policy.load_state_dict({name: torch.from_numpy(value) for name, value in weights.items()})
     except RuntimeError as error:

@@ -14,6 +14,7 @@ from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig
 from prnav.resources import resource
 from prnav.train.imitation import ImitationConfig
+from prnav.train.mini_batches import check_mini_batches
 from prnav.train.ppo import PPOConfig
 
 
@@ -75,12 +76,7 @@ class TrainConfig:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
         if not 0.0 < self.sync_fraction <= 1.0:
             raise ValueError(f"sync_fraction is {self.sync_fraction}; it must be above 0 and at most 1")
-        for name, parts in (("ppo", self.ppo.mini_batches), ("imitation", self.imitation.mini_batches)):
-            if parts > self.num_envs:
-                raise ValueError(
-                    f"{name}.mini_batches is {parts}; it must be at most num_envs ({self.num_envs}), "
-                    f"since mini-batches are made of whole environments"
-                )
+        check_mini_batches(self.ppo, self.imitation, self.policy, self.num_envs)
 
     @property
     def spec(self) -> TaskSpec:

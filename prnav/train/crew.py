@@ -8,7 +8,6 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,13 @@ from torch import Tensor
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
+from prnav.train.checkpoint import check_like
+from prnav.train.machine import one_core_threads
 from prnav.train.progress import Progress
 from prnav.train.rollout import Collector, Rollout
+
+WAITING = ("next_theta", "next_theta_agents")
+"""Arrays of the environments' state that have a row per agent that waits for a design."""
 
 
 class Crew:
@@ -45,7 +49,7 @@ class Crew:
         ]
         self.generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, rank])))
         workers = min(threads, len(groups))
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="collector") if workers > 1 else None
+        self._pool = one_core_threads(workers, "collector") if workers > 1 else None
 
     def collect(
         self, rollout: Rollout, expert_share: float | None = None, waited_for: Callable[[], bool] | None = None
@@ -98,6 +102,7 @@ class Crew:
                 f"checkpoint {source}: its environments are in {len(groups)} group(s), this run's in "
                 f"{len(self.collectors)}; resume with groups={len(groups)}"
             )
+        check_like(groups, [one.state_dict() for one in self.collectors], source, "collector", WAITING)
         for collector, group in zip(self.collectors, groups, strict=True):
             collector.load_state_dict(group)
         self.generator.bit_generator.state = state["generator"]

@@ -10,7 +10,6 @@ step is too small a product to be split inside), and the same number of threads 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +20,7 @@ from torch import Tensor
 
 from prnav.policy import ActionDistribution, Cutter, Policy, State
 from prnav.train.distributed import Workers
+from prnav.train.machine import one_core_threads
 from prnav.train.ppo import Losses
 from prnav.train.rollout import Rollout
 
@@ -66,7 +66,7 @@ class Learner:
         self.optimizer = torch.optim.Adam(self.parameters, eps=epsilon)
         self.generator = np.random.Generator(np.random.PCG64(seed))
         self.threads = threads
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="learner") if threads > 1 else None
+        self._pool = one_core_threads(threads, "learner") if threads > 1 else None
 
     def update(
         self,
@@ -134,6 +134,10 @@ class Learner:
             int(index): {name: torch.as_tensor(value) for name, value in slots.items()}
             for index, slots in optimizer["state"].items()
         }
+        for index, slots in optimizer["state"].items():
+            for name, value in slots.items():
+                if value.ndim and value.shape != self.parameters[index].shape:
+                    raise ValueError(f"the optimizer's {name} {index} is of shape {tuple(value.shape)}")
         self.optimizer.load_state_dict(optimizer)
         self.generator.bit_generator.state = state["generator"]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import torch
 
 from prnav.errors import ConfigError
@@ -34,3 +36,12 @@ def set_precision(policy: Policy, config: TrainConfig) -> None:
     policy.encoder_type = torch.bfloat16 if config.precision == "bfloat16" else None
     if config.compile:
         policy.encoder.compile()
+
+
+def one_core_threads(count: int, name: str) -> ThreadPoolExecutor:
+    """Threads that each compute on one core.
+
+    torch tells a thread's libraries so at its first parallel loop. A product before that would use all cores, and its
+    bits would depend on how many there are and on when the thread began.
+    """
+    return ThreadPoolExecutor(count, name, initializer=torch.set_num_threads, initargs=(1,))

@@ -131,8 +131,8 @@ def normalized(values: Tensor, of: Tensor | None = None) -> Tensor:
         of: :func:`moments` of all values, these among them; these alone if not given.
     """
     count, total, squares = (moments(values) if of is None else of).tolist()
-    mean = total / count
-    deviation = max(squares / count - mean * mean, 0.0) ** 0.5
+    mean = float(total / count)
+    deviation = float(max(squares / count - mean * mean, 0.0) ** 0.5)
     return (values - mean) / (deviation + 1e-8)
 
 

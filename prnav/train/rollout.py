@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
+from torch.utils.dlpack import from_dlpack
 
 from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
@@ -202,7 +203,7 @@ def as_tensor(values: Any) -> Tensor:
     """A tensor over the same memory: of a NumPy array on the host, of anything that speaks DLPack where it lies."""
     if isinstance(values, np.ndarray):
         return torch.from_numpy(values)
-    return values if isinstance(values, Tensor) else torch.from_dlpack(values)
+    return values if isinstance(values, Tensor) else from_dlpack(values)
 
 
 def expert_actions(envs: BatchEnv) -> NDArray[Any]:

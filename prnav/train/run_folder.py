@@ -7,6 +7,7 @@ its checkpoint are dropped, so that the file reads as if the run had never stopp
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,8 +15,21 @@ from typing import IO, Any
 
 from prnav.config import load_config, to_mapping, to_toml
 from prnav.errors import CheckpointError, ConfigError
-from prnav.files import write_text
+from prnav.files import read_regular, remove_parts, write_text
+from prnav.schema import Anything, MapOf, Maybe, Number, Table, Text, fit
+from prnav.train.checkpoint import list_checkpoints
 from prnav.train.config import FREE_ON_RESUME, TrainConfig
+
+FACTS = Table(allowed={"data": MapOf(Anything()), "benchmark": Maybe(Text()), "prnav": Text(), "warm_start": Text()})
+"""``run.json``."""
+
+_VALUES = MapOf(Maybe(Number(finite=False)))
+
+METRICS = Table(
+    needed={"step": Number(0, 1e18, whole=True)},
+    allowed={"phase": Text(), "measures": _VALUES, "losses": _VALUES, "times": _VALUES, "validation": _VALUES},
+)
+"""A line of ``metrics.jsonl``."""
 
 
 class RunFolder:
@@ -31,8 +45,8 @@ class RunFolder:
         self._lock: IO[str] | None = None
 
     def exists(self) -> bool:
-        """Whether a run was started here."""
-        return self.config_path.exists()
+        """Whether a run was started here, so far that it can go on: a start without a checkpoint is begun anew."""
+        return self.config_path.exists() and (self.metrics_path.exists() or bool(list_checkpoints(self.checkpoints)))
 
     def load_config(self) -> TrainConfig:
         """The run's config.
@@ -41,7 +55,7 @@ class RunFolder:
             CheckpointError: no run was started here.
             ConfigError: its config cannot be read.
         """
-        if not self.exists():
+        if not self.config_path.exists():
             raise CheckpointError(f"run {self.path}: there is no config.toml; give the folder of a run (--run DIR)")
         return load_config(TrainConfig, self.config_path)
 
@@ -92,6 +106,7 @@ class RunFolder:
             raise ConfigError(
                 f"run {self.path} is being trained by another process; wait for it, or choose another --run DIR"
             ) from error
+        remove_parts(self.path)
 
     def release(self) -> None:
         """Let other processes have the folder."""
@@ -100,21 +115,34 @@ class RunFolder:
             self._lock = None
 
     def append_metrics(self, row: Mapping[str, Any]) -> None:
-        """Add one line of metrics."""
-        with open(self.metrics_path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
+        """Add one line of metrics, whole or not at all.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        with open(self.metrics_path, "ab") as file:
+            before = file.tell()
+            try:
+                file.write(json.dumps(row).encode() + b"\n")
+                file.flush()
+            except OSError:
+                os.truncate(self.metrics_path, before)
+                raise
 
     def cut_metrics(self, step: int) -> None:
         """Drop metrics of later steps, and a last line that was not written to its end."""
         if not self.metrics_path.exists():
             return
         kept = []
-        for line in self.metrics_path.read_text(encoding="utf-8").splitlines():
+        text = read_regular(self.metrics_path).decode("utf-8", errors="replace")
+        for number, line in enumerate(text.split("\n")[:-1], start=1):
             try:
-                if json.loads(line)["step"] <= step:
-                    kept.append(line + "\n")
-            except json.JSONDecodeError:
+                row = json.loads(line)
+            except (ValueError, RecursionError):
                 break  # the process was killed while it wrote this line
+            where = f"{self.metrics_path}: line {number}"
+            if fit(row, METRICS, CheckpointError, where, "restore the file, or delete it")["step"] <= step:
+                kept.append(line + "\n")
         write_text(self.metrics_path, "".join(kept))
 
 

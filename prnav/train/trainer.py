@@ -18,16 +18,18 @@ import torch
 
 from prnav.config import config_hash
 from prnav.contracts import BatchEnv, ObservationSpecs
-from prnav.errors import CheckpointError, PrnavError
+from prnav.errors import CheckpointError, ConfigError, PrnavError
 from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
+from prnav.train.board import Board
 from prnav.train.config import TrainConfig
 from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
 from prnav.train.imitation import expert_share, imitation_loss
 from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
+from prnav.train.memory import check_memory
 from prnav.train.rollout import Rollout
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
@@ -78,6 +80,8 @@ class Trainer:
         if self.device.type == "cpu":
             torch.set_num_threads(1)  # the learner's parts and the groups are what runs side by side
         specs = groups[0].observation_specs
+        if self.device.type == "cpu":
+            check_memory(config, specs, sum(one.num_envs for one in groups))
         self.policy = build_policy(config.policy, specs, groups[0].action_spec, config.seed).to(self.device)
         set_precision(self.policy, config)
         self.learner = Learner(self.policy, config.seed + 1, self.threads, config.ppo.adam_epsilon, self.workers)
@@ -90,6 +94,7 @@ class Trainer:
         self.best: dict[str, float] = {}
         self.sanity = Sanity(self.policy.head)
         self._facts = self._describe(specs, data or {})
+        self._begun = False
         self._load_validation = validation
         self._validation: Validation | None = None
 
@@ -108,9 +113,11 @@ class Trainer:
         else:
             workers.on_first(lambda: folder.start(self.config, self._facts))
             self.save()
+        self._begun = True
 
     def train(self) -> str | None:
         """Train to the end of the budget, or until a signal asks to stop: its name, else None."""
+        assert self._begun, "Trainer.train: call begin() first, which starts the run or resumes it"
         with StopRequest() as stop, self._board() as board:
             while self.step < self.config.total_steps and not self._agree(stop.name):
                 began = time.perf_counter()
@@ -234,7 +241,10 @@ class Trainer:
         """Write and report one row of metrics."""
         if not self.workers.first:
             return
-        self.folder.append_metrics(row)
+        try:
+            self.folder.append_metrics(row)
+        except OSError as error:
+            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training goes on without")
         for group in ("measures", "losses", "times", "validation"):
             for name, value in row.get(group, {}).items():
                 board.add_scalar(f"{group}/{name}", value, self.step)
@@ -323,7 +333,11 @@ class Trainer:
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
-            return checkpoint.load_latest(folder, lambda tree: tree["counters"]["step"], self.warn, workers.size)
+            return checkpoint.load_latest(folder, step_of, self.warn, workers.size)
+
+        def step_of(tree: dict[str, Any]) -> int:
+            checkpoint.needed(tree, ("counters",), folder)
+            return int(tree["counters"]["step"])
 
         step = workers.on_first(newest)
         path = checkpoint.checkpoint_path(folder, step)
@@ -339,10 +353,21 @@ class Trainer:
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
     def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
-        """Go on from :meth:`state_dict`."""
+        """Go on from :meth:`state_dict`.
+
+        Raises:
+            CheckpointError: a part is missing, or is not what this run would write.
+        """
+        checkpoint.needed(state, ("policy", "learner", "collector", "counters", "seconds", "recent"), source)
         checkpoint.load_policy_weights(self.policy, state["policy"], source)
-        self.learner.load_state_dict(state["learner"])
-        self.crew.load_state_dict(state["collector"], source)
+        try:
+            self.learner.load_state_dict(state["learner"])
+            self.crew.load_state_dict(state["collector"], source)
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as error:
+            raise CheckpointError(
+                f"checkpoint {source}: a part is not what this run would write ({' '.join(str(error).split())[:200]}); "
+                f"it is damaged, or of another version: delete it to go on from the one before"
+            ) from error
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]
         self.saved_step, self.seconds = self.step, state["seconds"]
@@ -361,9 +386,7 @@ class Trainer:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
             return nullcontext()
-        from torch.utils.tensorboard import SummaryWriter
-
-        return SummaryWriter(self.folder.tensorboard, purge_step=self.step)
+        return Board(self.folder.tensorboard, self.step, self.warn)
 
     def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
         imitation = self.config.imitation
@@ -405,7 +428,13 @@ def load_policy(
     config = folder.load_config()
 
     def use(tree: dict[str, Any]) -> tuple[Policy, Row]:
-        policy = build_policy(config.policy, *specs_of(tree))
+        checkpoint.needed(tree, ("policy", "counters"), folder.path)
+        try:
+            policy = build_policy(config.policy, *specs_of(tree))
+        except (ConfigError, KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+            raise CheckpointError(
+                f"run {folder.path}: its checkpoint's observations or actions are none ({' '.join(str(error).split())})"
+            ) from error
         checkpoint.load_policy_weights(policy, tree["policy"], str(folder.path))
         return policy.eval(), tree["counters"]
 

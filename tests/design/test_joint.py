@@ -88,7 +88,9 @@ JOINT = JointConfig(2, 1, 2, score="soft_spl", policy=DesignPolicyConfig(learnin
 
 
 def trainer(path, run=None, joint=JOINT, **keys):
-    return JointTrainer(run or config(), joint, ScoredEnv(), DESIGN, RunFolder(path), **keys)
+    made = JointTrainer(run or config(), joint, ScoredEnv(), DESIGN, RunFolder(path), **keys)
+    made.begin()
+    return made
 
 
 def test_the_schedule_is_the_papers():

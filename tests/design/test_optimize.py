@@ -120,7 +120,7 @@ def test_a_search_on_the_proxy_is_judged_and_goes_on(tmp_path, tiny):
     assert "search" in said and "specialists" in said
     again = Optimizer(config, tmp_path, lambda *a: said.append("again"))
     np.testing.assert_array_equal(again.run().sensors, best.sensors)  # nothing is done twice
-    assert again._judge is None or not again._judge._sources
+    assert again._judge is None or not again._judge._worlds
     with pytest.raises(ConfigError, match="another search was started here"):
         Optimizer(tiny("method=tpe"), tmp_path)
 

@@ -179,7 +179,8 @@ def test_nothing_to_check_is_a_usage_error(tmp_path, capsys):
     err = capsys.readouterr().err
     assert "nothing to check" in err and "no such folder" in err
     (tmp_path / "a.glb").write_bytes(b"x")
-    assert main(["check", str(tmp_path), "--memory", "0"]) == 2
+    with pytest.raises(SystemExit):
+        main(["check", str(tmp_path), "--memory", "0"])
     assert main(["check", str(tmp_path), "--data", "mp3d"]) == 2
 
 

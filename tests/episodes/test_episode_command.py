@@ -113,4 +113,4 @@ def test_errors_are_one_line_and_leave_nothing_behind(floor, tmp_path, capsys):
 def test_numbers_out_of_range_are_refused(floor, tmp_path, capsys):
     with pytest.raises(SystemExit):
         generate("--scene", floor, "--split", "m", "--per-scene", 0, "--out", tmp_path)
-    assert "'0' is not a whole number of at least 1" in capsys.readouterr().err
+    assert "'0' is not a whole number from 1 to" in capsys.readouterr().err

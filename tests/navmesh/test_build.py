@@ -308,7 +308,7 @@ def test_errors_name_the_value_and_the_remedy():
     with pytest.raises(NavMeshError, match=r"vertex 2 is \[3.0, nan, 3.0\]; all must be finite"):
         build_polygons(broken, faces)
     with pytest.raises(
-        NavMeshError, match=r"3000 by 3000 m, 3600000000 cells .* give a larger cell_size or cut the mesh"
+        NavMeshError, match=r"3000 x 0 x 3000 m .*, 3600000000 cells .* cut the mesh, or give a larger cell_size"
     ):
         build_polygons(vertices * 1000, faces)
 

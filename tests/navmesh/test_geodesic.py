@@ -122,15 +122,15 @@ def test_a_slot_never_prepared_and_a_goal_off_the_floor_are_unreachable():
 
 
 def test_memory_grows_with_what_a_search_needs(monkeypatch):
-    from prnav.navmesh import pairs
+    from prnav.navmesh import scratch
 
     navmesh, *_ = random_room(6, size=10)
     points = navmesh.random_points(30, 0)
     want = navmesh.distances(points[:15], points[15:])
-    monkeypatch.setattr(pairs, "FIRST_WINDOWS", 4)
+    monkeypatch.setattr(scratch, "FIRST_WINDOWS", 4)
     small = random_room(6, size=10)[0]
     assert np.array_equal(small.distances(points[:15], points[15:]), want)
-    monkeypatch.setattr(pairs, "MOST_WINDOWS", 4)
+    monkeypatch.setattr(scratch, "MOST_WINDOWS", 4)
     with pytest.raises(NavMeshError, match="needs more than 4 windows; the mesh is broken"):
         random_room(6, size=10)[0].distances(points[:15], points[15:])
 

@@ -4,7 +4,8 @@ import pytest
 from prnav.contracts.records import pick_episodes, pick_pairs
 from prnav.domains.navigation.maps import load_maps
 from prnav.domains.navigation.pictures.breakdown import bin_edges, draw_breakdown, means_by_bin
-from prnav.domains.navigation.pictures.sights import draw_sight, sensors_side_by_side
+from prnav.domains.navigation.pictures.frame import sensors_side_by_side
+from prnav.domains.navigation.pictures.sights import draw_sight
 from prnav.domains.navigation.pictures.topdown import draw_episodes, draw_house, draw_pairs
 from prnav.evaluate.records import load_evaluation, load_traces
 from prnav.report.curves import draw_curves, series, smooth

@@ -77,6 +77,8 @@ def test_bad_settings_are_named(light):
         read_out(light, Readout(noise=(0.1, 0.1, 0.1)))
     with pytest.raises(DesignError, match=r"noise needs seeds and steps of shape \(5,\), one of each agent"):
         read_out(light, Readout(noise=(0.1,)), seeds=np.arange(5))
+    with pytest.raises(DesignError, match="seeds of noise are float64; they must be 64-bit whole numbers"):
+        read_out(light, Readout(noise=(0.1,)), seeds=[1, 2**63, 3, 4, 5], steps=np.arange(5))
 
 
 def test_sensors_apply_their_settings(shards):

@@ -49,7 +49,7 @@ def test_options_and_settings_change_the_config():
     )
     assert (config.total_steps, config.seed, config.ppo.clip) == (5, 7, 0.1)
     assert (config.env.scene_files, config.env.up) == (("a b.glb", "c.obj"), "z")
-    config = configured("--episodes", "e.json.gz", "--data-root", "d", "--split", "val")
+    config = configured("--episodes-file", "e.json.gz", "--data-root", "d", "--split", "val")
     assert (config.env.episodes, config.env.data_root, config.env.episode_split) == ("e.json.gz", "d", "val")
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from prnav.contracts import DiscreteActions, ObservationSpec
-
 CUES = 3
 
 
@@ -21,12 +19,6 @@ class CueEnv(VectorEnv):
 
     def __init__(self, num_envs: int = 8, length: int = 3, cut: bool = False) -> None:
         self.num_envs, self.length, self.cut = num_envs, length, cut
-        self.action_spec = DiscreteActions(CUES)
-        self.observation_specs = {
-            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
-            "design": ObservationSpec((1, 7), "design"),
-            "clock": ObservationSpec((1,), "vector"),
-        }
         self.single_observation_space = gymnasium.spaces.Dict(
             {
                 "photoreceptors": gymnasium.spaces.Box(0, 1, (1, 1, 3), np.float32),
@@ -37,18 +29,6 @@ class CueEnv(VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.single_action_space = gymnasium.spaces.Discrete(CUES)
         self.action_space = batch_space(self.single_action_space, num_envs)
-
-    @property
-    def observation_specs(self):
-        return {
-            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
-            "design": ObservationSpec((1, 7), "design"),
-            "clock": ObservationSpec((1,), "vector"),
-        }
-
-    @property
-    def action_spec(self):
-        return DiscreteActions(CUES)
 
     def reset(self, *, seed=None, options=None):
         self.generator = np.random.Generator(np.random.PCG64(seed))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,12 +20,13 @@ from prnav.domains.navigation.maps import FloorMap, make_maps, save_maps
 from prnav.domains.navigation.measures import soft_spl, spl
 from prnav.domains.navigation.references import REFERENCE_AGENTS, reference_agent
 from prnav.domains.navigation.sights import record_sights
-from prnav.errors import ConfigError, RecordError
+from prnav.episodes.files import episode_splits
+from prnav.errors import ConfigError, RecordError, SceneNote
 from prnav.scene import scene_ids
 from prnav.sensors import Body
 from prnav.sim import STOP
 
-ENV_KEYS = ("grid", "rays_per_receptor", "engine", "vision", "sim", "navmesh")
+ENV_KEYS = ("sensors", "grid", "camera_size", "rays_per_receptor", "engine", "vision", "readout", "sim", "navmesh")
 """Settings of the environment that a record's head holds."""
 
 
@@ -51,6 +53,8 @@ class NavigationEvaluation:
             changes["navmesh_files"] = request.navmesh_from != "build"
         elif request.split is not None and config.data is not None:
             changes["episode_split"] = request.split
+        elif config.episodes is not None and (split := held_out_split(config, request.split)) is not None:
+            changes["episode_split"] = split
         elif request.split is not None:
             scene_ids(request.split)  # refuses a split that is none
             changes |= {"scenes": request.split, "episodes": None, "max_scenes": None, "data": None}
@@ -164,6 +168,27 @@ class NavigationEvaluation:
             "collisions": float(trace["collisions"].sum()),
             "reward": reward,
         }
+
+
+def held_out_split(config: NavigationConfig, asked: str | None) -> str | None:
+    """Split of one's own episodes that an agent is to play: what was asked for, else one it was not trained on.
+
+    None where there is no other; a :class:`prnav.errors.SceneNote` then says so.
+    """
+    assert config.episodes is not None
+    splits = episode_splits(config.episodes)
+    if asked is not None:
+        return asked if asked in splits else None
+    for name in ("test", "val"):
+        if name in splits and config.episode_split not in (None, name):
+            return name
+    warnings.warn(
+        f"{config.episodes}: no split test or val beside the one it was trained on, so the agent plays its training "
+        "episodes; draw others (prnav-episodes generate --split val --seed 1) to see how well it generalises",
+        SceneNote,
+        stacklevel=2,
+    )
+    return None
 
 
 def _target(config: NavigationConfig) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 from prnav.errors import RecordError
 from prnav.files import atomic_path
 from prnav.navmesh.polymesh import FLAG_WALK
+from prnav.stored_arrays import BROKEN, Like, check_lengths, read_arrays
 
 if TYPE_CHECKING:
     from prnav.navmesh import NavMesh
 
 MAPS = "maps.npz"
+_STORED = {
+    "scene_id": Like("U", 1),
+    "height": Like("f", 1),
+    "origin": Like("f", 2),
+    "metres_per_pixel": Like("f", 1),
+}
 STOREY = 1.5
 """Positions whose heights differ by less than this [m] are drawn on one floor."""
 HALF_STOREY = 1.0
@@ -123,14 +129,21 @@ def load_maps(directory: str | Path) -> list[FloorMap]:
     """
     path = Path(directory) / MAPS
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            return [
-                FloorMap(str(scene), float(height), (float(x), float(z)), float(size), stored[f"walkable_{i}"])
-                for i, (scene, height, (x, z), size) in enumerate(
-                    zip(stored["scene_id"], stored["height"], stored["origin"], stored["metres_per_pixel"], strict=True)
-                )
-            ]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        stored = read_arrays(path)
+        for name, like in _STORED.items():
+            like.check(name, stored[name])
+        count = len(stored["scene_id"])
+        check_lengths(maps=(count, {name: stored[name] for name in _STORED}))
+        if stored["origin"].shape[1] != 2 or (stored["metres_per_pixel"] <= 0).any():
+            raise ValueError("'origin' has no two columns, or 'metres_per_pixel' is not above 0")
+        plans = [stored[f"walkable_{i}"] for i in range(count)]
+        for i, plan in enumerate(plans):
+            Like("b", 2).check(f"walkable_{i}", plan)
+        columns = zip(
+            stored["scene_id"], stored["height"], stored["origin"], stored["metres_per_pixel"], plans, strict=True
+        )
+        return [FloorMap(str(s), float(h), (float(x), float(z)), float(m), plan) for s, h, (x, z), m, plan in columns]
+    except BROKEN as error:
         raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error
 
 

@@ -24,13 +24,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.contracts import Progress
-from prnav.domains.navigation.env.config import NavigationConfig
+from prnav.domains.navigation.env.settings import SensorSettings
+from prnav.domains.navigation.light import Light, Viewpoints
 from prnav.frames import wrap_angle, yaw_towards
 from prnav.navmesh import GoalFields
 from prnav.regression import fit_and_test
-from prnav.render import Renderer
 from prnav.sensors import Design, pointgoal, theta_to_pose
 from prnav.sim import World, load_world
+from prnav.splitmix import splitmix64
 
 Float64 = NDArray[np.float64]
 
@@ -129,13 +130,18 @@ class Places:
 class Proxy:
     """Scores designs on one set of places."""
 
-    def __init__(self, config: ProxyConfig, world: World) -> None:
-        """Proxy in the homes of ``world``."""
+    def __init__(self, config: ProxyConfig, world: World, sensing: SensorSettings = SensorSettings()) -> None:  # noqa: B008 (frozen)
+        """Proxy in the homes of ``world``; ``sensing`` says what renders and what readout does to light."""
         self.config, self.world = config, world
-        self.renderer = Renderer(world.scenes, rays_per_receptor=config.rays_per_receptor)
+        self.light = Light(world.scenes, sensing, config.rays_per_receptor)
 
     @classmethod
-    def load(cls, config: ProxyConfig, progress: Progress | None = None) -> Proxy:
+    def load(
+        cls,
+        config: ProxyConfig,
+        progress: Progress | None = None,
+        sensing: SensorSettings = SensorSettings(),  # noqa: B008 (frozen)
+    ) -> Proxy:
         """Proxy in built-in training homes.
 
         Raises:
@@ -143,7 +149,7 @@ class Proxy:
         """
         from prnav.scene import scene_ids
 
-        return cls(config, load_world(scene_ids("train")[: config.homes], progress=progress))
+        return cls(config, load_world(scene_ids("train")[: config.homes], progress=progress), sensing)
 
     def score(self, design: Design, theta: ArrayLike | None = None) -> float:
         """Weighted mean of the parts' R^2 for ``design``, or for theta (K, 7) around it; at most 1."""
@@ -229,9 +235,17 @@ class Proxy:
         grid: int,
         spheres: Float64 | None,
     ) -> Float64:
-        designs = np.broadcast_to(poses, (len(yaws), *poses.shape))
-        readings = self.renderer.read(scenes, positions, yaws, designs, grid, spheres=spheres)
-        return readings.reshape(len(yaws), -1).astype(np.float64)
+        count = len(yaws)
+        designs = np.broadcast_to(poses, (count, *poses.shape))
+        places = np.arange(count)  # noise differs from place to place and is the same for all designs
+        at = Viewpoints(scenes, positions, yaws, designs, spheres, self._keys(places), np.zeros(count, np.int64))
+        readings = self.light.readings(at, grid)
+        return readings.reshape(count, -1).astype(np.float64)
+
+    def _keys(self, places: NDArray[np.int64]) -> NDArray[np.uint64]:
+        """Keys (N,) of the noise at places (N,)."""
+        seeds = np.full(len(places), self.light.readout.seed, np.uint64)
+        return splitmix64(seeds, places.astype(np.uint64))
 
 
 def draw_places(world: World, config: ProxyConfig) -> Places:
@@ -320,6 +334,6 @@ class NavigationProbe:
 
     config_type: type[ProxyConfig] = ProxyConfig
 
-    def load(self, config: ProxyConfig, env: NavigationConfig, progress: Progress | None = None) -> Proxy:
-        """The proxy in built-in training homes, whatever the environment's scenes are."""
-        return Proxy.load(config, progress)
+    def load(self, config: ProxyConfig, env: SensorSettings, progress: Progress | None = None) -> Proxy:
+        """The proxy in built-in training homes, whatever the environment's scenes are; it sees as ``env`` says."""
+        return Proxy.load(config, progress, env)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from prnav.contracts.records import Evaluation, Trace, pick_episodes
 from prnav.errors import RecordError
 from prnav.files import atomic_path
+from prnav.stored_arrays import BROKEN, Like, read_arrays
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.slots import NavigationSlots
@@ -28,7 +28,7 @@ def record_sights(evaluation: Evaluation, traces: Sequence[Trace], slots: Naviga
     An agent without light leaves no such file.
     """
     path = evaluation.directory / SIGHTS
-    if slots.renderer is None:
+    if slots.light is None:
         path.unlink(missing_ok=True)
         return
     index = {episode: row for row, episode in enumerate(slots.source.ids)}
@@ -40,9 +40,8 @@ def record_sights(evaluation: Evaluation, traces: Sequence[Trace], slots: Naviga
         parts = []
         for begin in range(0, len(track["positions"]), _CHUNK):
             part = slice(begin, begin + _CHUNK)
-            count = len(track["positions"][part])
-            poses = np.repeat(slots.poses[:1], count, axis=0)
-            seen = slots.read(np.full(count, episode), track["positions"][part], track["yaws"][part], poses)
+            steps = np.arange(begin, begin + len(track["positions"][part]))
+            seen = slots.readings_along(episode, track["positions"][part], track["yaws"][part], steps)
             parts.append(np.round(255.0 * seen).astype(np.uint8))
         arrays[f"readings_{row}"] = np.concatenate(parts)
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
@@ -59,9 +58,15 @@ def load_sights(directory: str | Path) -> Mapping[int, NDArray[np.uint8]]:
     if not path.exists():
         return {}
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            grid = int(stored["grid"])
-            sights = {int(row): stored[f"readings_{row}"] for row in stored["rows"]}
-        return {row: seen.reshape(*seen.shape[:2], grid, grid, 3) for row, seen in sights.items()}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        stored = read_arrays(path)
+        Like("iu", 1).check("rows", stored["rows"])
+        Like("iu", 0).check("grid", stored["grid"])
+        grid, sights = int(stored["grid"]), {}
+        for row in stored["rows"].tolist():
+            seen = stored[f"readings_{row}"]
+            if seen.dtype != np.uint8 or seen.ndim < 3:
+                raise ValueError(f"'readings_{row}' are of type {seen.dtype}, {seen.ndim} dimensions")
+            sights[int(row)] = seen.reshape(*seen.shape[:2], grid, grid, 3)
+        return sights
+    except BROKEN as error:
         raise RecordError(f"{path}: cannot be read ({error}); evaluate again with prnav-eval") from error

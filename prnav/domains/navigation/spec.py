@@ -22,6 +22,7 @@ from prnav.domains.navigation.evaluation import NavigationEvaluation
 from prnav.domains.navigation.pictures import NavigationPictures
 from prnav.domains.navigation.probe import NavigationProbe
 from prnav.files import sha256_file
+from prnav.scene import scene_ids
 from prnav.scene.houses.pool import make_missing_homes
 
 
@@ -107,7 +108,12 @@ class NavigationTask:
         return replace(config, scenes="val", episodes=None, episode_split=None, max_scenes=None)
 
     def held_out(self, config: NavigationConfig, split: str) -> NavigationConfig:
-        """Built-in homes of another split."""
+        """Built-in homes of another split.
+
+        Raises:
+            SceneError: no such split.
+        """
+        scene_ids(split)  # refuses a split that is none
         return replace(config, scenes=split, episodes=None, max_scenes=None)
 
     def blind(self, config: NavigationConfig) -> NavigationConfig:

@@ -39,7 +39,8 @@ def standard_normal(uniforms: Tensor) -> Tensor:
     standard deviations.
     """
     kept = uniforms.double().clamp(SMALLEST_UNIFORM, 1.0 - SMALLEST_UNIFORM)
-    return torch.special.ndtri(kept).to(uniforms.dtype)
+    normal: Tensor = torch.special.ndtri(kept)
+    return normal.to(uniforms.dtype)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +166,8 @@ class GaussianHead(ActionHead):
         """The actions (B, D) float32, clipped to the bounds."""
         assert isinstance(self.spec, BoxActions)
         low, high = np.asarray(self.spec.low, np.float32), np.asarray(self.spec.high, np.float32)
-        return np.clip(actions.float().cpu().numpy(), low, high)
+        taken: NDArray[np.float32] = np.clip(actions.float().cpu().numpy(), low, high)
+        return taken
 
     def exploration(self, share: float) -> Exploration:
         """A standard deviation below that share of half the range. Entropies of narrow Gaussians are no alarm."""

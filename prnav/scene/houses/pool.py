@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 
+from prnav.errors import SceneError
+from prnav.processes import become_worker, deaf_children, end_processes
 from prnav.resources import available_cores
 from prnav.scene.houses.manifest import HomeHashes
 from prnav.scene.library import load_scene, missing_homes
@@ -22,11 +25,22 @@ def make_homes(names: Sequence[str], workers: int) -> Iterator[tuple[str, HomeHa
             yield name, _make(name)
         return
     context = multiprocessing.get_context("spawn")  # forking is unsafe where a library has started threads
-    with ProcessPoolExecutor(min(workers, len(names)), mp_context=context) as pool:
-        tasks = {pool.submit(_make, name): name for name in names}
+    count = min(workers, len(names))
+    with ProcessPoolExecutor(count, mp_context=context, initializer=become_worker) as pool:
+        tasks: dict[Future[HomeHashes], str] = {}
         try:
+            with deaf_children():
+                tasks = {pool.submit(_make, name): name for name in names}
             for task in as_completed(tasks):
                 yield tasks[task], task.result()
+        except BrokenProcessPool as error:
+            raise SceneError(
+                "a process that makes homes was killed, or ran out of memory; give the same command again: homes that "
+                "are made are kept"
+            ) from error
+        except BaseException:
+            end_processes(list(pool._processes.values()))  # what they are at would take seconds
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 

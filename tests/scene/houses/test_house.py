@@ -25,7 +25,7 @@ from prnav.scene.houses.manifest import (
     house_ids,
     load_manifest,
     manifest_text,
-    targetnav_ids,
+    ten_homes,
 )
 
 SEEDS = [split_seed("test", 0), split_seed("val", 2), split_seed("train", 7)]
@@ -66,7 +66,7 @@ def test_a_wrong_hash_is_named(homes):
 
 
 def test_targetnav_has_ten_training_homes():
-    ids = targetnav_ids()
+    ids = ten_homes()
     assert ids == ten_training_homes() == sorted(ids) and len(set(ids)) == 10
     assert set(ids) <= set(scene_ids("train"))
     assert ids[0] == "prhouses/train/06" and ids[-1] == "prhouses/train/56"

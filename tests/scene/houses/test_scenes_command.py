@@ -8,13 +8,13 @@ import time
 import numpy as np
 import pytest
 
-from prnav.cli._common import make_homes_first
 from prnav.cli._scene_views import contact_sheet, floor_levels
 from prnav.cli.scenes import main
 from prnav.navmesh import load_navmesh
 from prnav.scene import load_scene
 from prnav.scene.houses import plan_house
 from prnav.scene.houses.manifest import MANIFEST
+from prnav.scene.houses.pool import make_missing_homes
 from prnav.scene.library import missing_homes
 
 
@@ -45,7 +45,7 @@ def test_homes_that_are_missing_are_made_on_all_cores_before_they_are_loaded(mon
     wanted = ["prhouses/val/02", "mine.glb", "prhouses/val/05"]
     assert missing_homes(wanted) == ["prhouses/val/02", "prhouses/val/05"]
     told = []
-    make_homes_first(wanted, lambda done, total, name: told.append((done, total, name)))
+    make_missing_homes(wanted, lambda done, total, name: told.append((done, total, name)))
     assert [row[:2] for row in told] == [(1, 2), (2, 2)]
     assert {row[2] for row in told} == set(wanted) - {"mine.glb"}
     assert missing_homes(wanted) == []

@@ -36,6 +36,10 @@ class EpisodeSource:
     world: World
     table: EpisodeTable
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> EpisodeSource:
+        """Nothing in it ever changes: copies share it."""
+        return self
+
     def __len__(self) -> int:
         return len(self.table)
 

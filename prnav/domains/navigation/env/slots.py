@@ -11,20 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import floats, indices
 from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource
-from prnav.domains.navigation.env.spaces import action_spec, observation_specs
+from prnav.domains.navigation.env.spaces import action_spec
+from prnav.domains.navigation.light import Light, Viewpoints
 from prnav.domains.navigation.measures import soft_spl, spl
 from prnav.domains.navigation.oracle import shortest_path_actions
-from prnav.errors import DesignError, EpisodeError
+from prnav.domains.navigation.sensors import SEEING, Situation, make_sensors
+from prnav.errors import DesignError, EnvError, EpisodeError
 from prnav.navmesh import GoalFields
-from prnav.render import Renderer
-from prnav.sensors import compass, gps, load_design, pointgoal, theta_to_pose
+from prnav.play import episode_key
+from prnav.sensors import load_design, theta_to_pose
 from prnav.sim import FORWARD, HOLD, STOP, Simulator
 
-Observations = dict[str, NDArray[Any]]
-"""float32, but for pictures, which are bytes."""
+Observations = dict[str, Any]
+"""Arrays by name as the specs say: float32, or bytes for pictures; readings may be tensors on the renderer's device."""
 
 _STATE = (
     "episode",
@@ -39,6 +42,10 @@ _STATE = (
     "theta",
 )
 """Arrays that, with the simulator's, say everything about the slots."""
+
+
+MAX_THETA = 1e6
+"""Largest entry of a normalised design; what is beyond is no design but a fault."""
 
 
 class NavigationSlots:
@@ -57,12 +64,14 @@ class NavigationSlots:
         self.num_sensors = len(self.design.sensors)
         self.simulator = Simulator(source.world, num_slots, config.sim)
         self.fields = GoalFields(source.world.navmesh_set, num_slots)
-        self.renderer = (
-            Renderer(source.world.scenes, engine=config.engine, rays_per_receptor=config.rays_per_receptor)
-            if config.vision
-            else None
-        )
+        self.sensors = make_sensors(config.sensor_names, config, self.design)
+        seeing = any(sensor.spec.kind in SEEING for sensor in self.sensors.values())
+        if seeing:
+            config.readout.per_sensor(self.num_sensors)
+        self.light = Light(source.world.scenes, config) if seeing else None
+        self.is_noisy = seeing and config.readout.is_noisy
         self.episode = np.full(num_slots, -1, np.int64)  #: index into the source, -1 before the first
+        self.keys = np.zeros(num_slots, np.uint64)  #: of the episode's noise, where there is any
         self.steps = np.zeros(num_slots, np.int64)
         self.path_length = np.zeros(num_slots)
         self.collisions = np.zeros(num_slots, np.int64)
@@ -81,7 +90,7 @@ class NavigationSlots:
     @property
     def observation_specs(self) -> dict[str, ObservationSpec]:
         """What one agent is shown, by name."""
-        return observation_specs(self.config, self.num_sensors)
+        return {name: sensor.spec for name, sensor in self.sensors.items()}
 
     @property
     def action_spec(self) -> DiscreteActions:
@@ -114,14 +123,18 @@ class NavigationSlots:
         Raises:
             EpisodeError: a goal cannot be reached from its start on this navmesh.
             DesignError: a design has the wrong shape or is not finite.
+            EnvError: there is no such slot or episode.
         """
-        slots, episodes = np.asarray(slots, np.int64), np.asarray(episodes, np.int64)
+        slots = indices(slots, "slots", self.num_slots, EnvError)
+        episodes = indices(episodes, "episodes", len(self.source), EnvError, len(slots))
         if not len(slots):
             return
         if theta is not None:
             self._set_theta(slots, theta)
         source = self.source
         self.episode[slots] = episodes
+        if self.is_noisy:
+            self.keys[slots] = self._noise_keys(episodes)
         self.simulator.reset(slots, source.scene_index[episodes], source.starts[episodes], source.yaws[episodes])
         self.fields.prepare(slots, source.scene_index[episodes], source.goals[episodes])
         distance, _ = self.fields.query(slots, source.starts[episodes])
@@ -167,53 +180,56 @@ class NavigationSlots:
         self.truncated = acting & ~self.terminated & (self.steps >= self.rules.max_steps)
         return self.terminated | self.truncated
 
-    def observe(self, slots: ArrayLike | None = None) -> Observations:
-        """Observations of slots (n,), all of them by default: new arrays, each (n, ...)."""
-        rows = np.arange(self.num_slots) if slots is None else np.asarray(slots, np.int64)
-        episodes = self.episode[rows]
-        positions, yaws = self.positions[rows], self.yaws[rows]
-        starts, start_yaws = self.source.starts[episodes], self.source.yaws[episodes]
-        observations: Observations = {
-            "design": self.theta[rows].astype(np.float32),
-            "gps": gps(positions, starts, start_yaws),
-            "compass": compass(yaws, start_yaws)[:, None],
-        }
-        if self.kind.shows_goal:
-            observations["pointgoal"] = pointgoal(positions, yaws, self.source.goals[episodes])
-        if self.renderer is not None:
-            if self.config.camera_size:
-                observations["camera"] = as_bytes(self.picture(episodes, positions, yaws, self.poses[rows]))
-            else:
-                observations["photoreceptors"] = self.read(episodes, positions, yaws, self.poses[rows])
-        return observations
+    def observe(self, slots: ArrayLike | None = None, on_device: bool = False) -> Observations:
+        """Observations of slots (n,), all of them by default: new arrays, each (n, ...).
 
-    def read(
-        self,
-        episodes: NDArray[np.int64],
-        positions: NDArray[np.float64],
-        yaws: NDArray[np.float64],
-        poses: NDArray[np.float64],
-    ) -> NDArray[np.float32]:
-        """What receptors read in episodes (n,) at positions (n, 3) [m] and yaws (n,), (n, K, B*B, 3), 0 to 1.
-
-        Sensor poses (n, K, 7) are on the body; a visible target is there.
+        Args:
+            slots: which.
+            on_device: whether readings may stay on the renderer's device, as tensors.
         """
-        assert self.renderer is not None
-        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
-        readings = self.renderer.read(scenes, positions, yaws, poses, grid=self.config.grid, spheres=balls)
-        return readings.reshape(len(episodes), poses.shape[1], -1, 3)
+        rows = np.arange(self.num_slots) if slots is None else np.asarray(slots, np.int64)
+        source, episodes = self.source, self.episode[rows]
+        now = Situation(
+            scenes=source.scene_index[episodes],
+            positions=self.positions[rows],
+            yaws=self.yaws[rows],
+            starts=source.starts[episodes],
+            start_yaws=source.yaws[episodes],
+            goals=source.goals[episodes],
+            theta=self.theta[rows],
+            poses=self.poses[rows],
+            spheres=self._targets(episodes),
+            keys=self.keys[rows] if self.is_noisy else None,
+            steps=self.steps[rows],
+            light=self.light,
+            on_device=on_device,
+        )
+        return {name: sensor.read(now) for name, sensor in self.sensors.items()}
 
-    def picture(
-        self,
-        episodes: NDArray[np.int64],
-        positions: NDArray[np.float64],
-        yaws: NDArray[np.float64],
-        poses: NDArray[np.float64],
+    def readings_along(
+        self, episode: int, positions: NDArray[np.float64], yaws: NDArray[np.float64], steps: NDArray[np.int64]
     ) -> NDArray[np.float32]:
-        """What cameras see, as :meth:`read`: (n, K, H, W, 3), 0 to 1."""
-        assert self.renderer is not None
-        scenes, balls = self.source.scene_index[episodes], self._targets(episodes)
-        return self.renderer.image(scenes, positions, yaws, poses, size=self.config.camera_size, spheres=balls)
+        """What receptors read in the course of an episode, (T, K, B*B, 3), 0 to 1, by the first slot's design.
+
+        Args:
+            episode: index into the source.
+            positions: of the agent [m], (T, 3).
+            yaws: its headings [rad], (T,).
+            steps: steps that it had taken, (T,).
+        """
+        assert self.light is not None
+        episodes = np.full(len(steps), episode)
+        poses = np.repeat(self.poses[:1], len(steps), axis=0)
+        scenes = self.source.scene_index[episodes]
+        keys = np.repeat(self._noise_keys(episodes[:1]), len(steps))
+        at = Viewpoints(scenes, positions, yaws, poses, self._targets(episodes), keys, steps)
+        readings: NDArray[np.float32] = self.light.readings(at, self.config.grid)
+        return readings
+
+    def _noise_keys(self, episodes: NDArray[np.int64]) -> NDArray[np.uint64]:
+        """Keys (n,) that the noise of sensors is drawn by in episodes (n,)."""
+        seed = self.config.readout.seed
+        return np.array([episode_key(seed, *self.source.id(episode)) for episode in episodes], np.uint64)
 
     def _targets(self, episodes: NDArray[np.int64]) -> NDArray[np.float64] | None:
         """Spheres (n, 4) that are there to be seen in episodes (n,)."""
@@ -273,7 +289,7 @@ class NavigationSlots:
         Raises:
             DesignError: the shape is wrong, or a number is not finite.
         """
-        self._set_theta(np.asarray(slots, np.int64), theta)
+        self._set_theta(indices(slots, "slots", self.num_slots, DesignError), theta)
 
     def _set_theta(self, slots: NDArray[np.int64], theta: ArrayLike) -> None:
         values = self.checked_theta(len(slots), theta)
@@ -284,14 +300,19 @@ class NavigationSlots:
         """``count`` normalised designs (count, K, 7).
 
         Raises:
-            DesignError: the shape is wrong, or a number is not finite.
+            DesignError: the shape is wrong, or a number is not finite or beyond :data:`MAX_THETA`.
         """
-        values = np.asarray(theta, np.float64)
+        values = floats(theta, "designs", DesignError)
         want = (count, self.num_sensors, 7)
         if values.shape != want:
             raise DesignError(f"designs have shape {values.shape}; for this environment it must be {want}")
         if not np.isfinite(values).all():
             raise DesignError("a design holds numbers that are not finite; all 7 entries of each sensor must be finite")
+        if values.size and np.abs(values).max() > MAX_THETA:
+            raise DesignError(
+                f"a design holds {values.flat[np.abs(values).argmax()]:g}; normalised designs are about -1 to 1, and "
+                f"at most {MAX_THETA:g} from 0"
+            )
         return values
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
@@ -300,7 +321,16 @@ class NavigationSlots:
         return {**state, **{f"sim_{name}": value for name, value in self.simulator.snapshot().items()}}
 
     def restore(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`snapshot` was called; the source must be the same."""
+        """Go on where :meth:`snapshot` was called; the source must be the same.
+
+        Raises:
+            EnvError: an episode or a scene is not there, or a pose is not finite.
+        """
+        indices(np.asarray(state["episode"]) + 1, "episodes of the state (plus 1)", len(self.source) + 1, EnvError)
+        indices(state["sim_scene_index"], "scenes of the state", len(self.source.world.scene_ids), EnvError)
+        for name in ("sim_positions", "sim_yaws", "sim_start_yaws", "theta"):
+            if not np.isfinite(state[name]).all():
+                raise EnvError(f"{name} of the state are not finite")
         for name in _STATE:
             setattr(self, name, np.array(state[name], dtype=getattr(self, name).dtype))
         self.simulator.restore({name[4:]: value for name, value in state.items() if name.startswith("sim_")})
@@ -308,9 +338,6 @@ class NavigationSlots:
         playing = np.flatnonzero(self.episode >= 0)
         if len(playing):
             episodes = self.episode[playing]
+            if self.is_noisy:
+                self.keys[playing] = self._noise_keys(episodes)
             self.fields.prepare(playing, self.source.scene_index[episodes], self.source.goals[episodes])
-
-
-def as_bytes(pictures: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Pictures in 0..1 as the nearest bytes."""
-    return (pictures * np.float32(255.0) + np.float32(0.5)).astype(np.uint8)

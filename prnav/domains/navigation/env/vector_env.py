@@ -7,21 +7,28 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.arguments import indices, whole
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
+from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, Screen, check_render_mode
 from prnav.domains.navigation.env.slots import NavigationSlots, Observations
 from prnav.domains.navigation.env.spaces import observation_space
-from prnav.errors import ConfigError
+from prnav.errors import ConfigError, DesignError, EnvError
 from prnav.sim.world import Progress
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.single_env import NavigationEnv
+
+
+MAX_SEED = 2**62
+"""Largest seed of an environment; those of its agents are counted up from it."""
 
 
 class NavigationVectorEnv(VectorEnv):
@@ -35,7 +42,7 @@ class NavigationVectorEnv(VectorEnv):
     Agent i, seeded s, plays the same episodes as a single environment seeded s + i.
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    metadata = {"render_modes": [*RENDER_MODES], "render_fps": FPS, "autoreset_mode": AutoresetMode.SAME_STEP}
     config_type: ClassVar[type[NavigationConfig]] = NavigationConfig
     """Of a task's own class, where it is made without a config."""
 
@@ -45,6 +52,7 @@ class NavigationVectorEnv(VectorEnv):
         config: NavigationConfig | None = None,
         source: EpisodeSource | None = None,
         progress: Progress | None = None,
+        render_mode: str | None = None,
         **settings: Any,
     ):
         """Environment of ``num_envs`` agents.
@@ -55,26 +63,29 @@ class NavigationVectorEnv(VectorEnv):
             source: scenes and episodes loaded before, shared between environments; else they are loaded as the config
                 says.
             progress: called while scenes load.
+            render_mode: "rgb_array" for :meth:`render`, or None.
             settings: single settings of :class:`NavigationConfig` instead of a config, for ``gymnasium.make``.
 
         Raises:
             PrnavError: a setting, a scene or an episode is wrong.
         """
         self.config = configure(config, settings, type(self))
-        if num_envs < 1:
-            raise ConfigError(f"num_envs is {num_envs}; it must be at least 1")
+        num_envs = whole(num_envs, "num_envs", 1, 65_536, ConfigError, "each is an agent with its own state")
+        self.render_mode = check_render_mode(render_mode)
         source = load_source(self.config, progress) if source is None else source
         self.slots = NavigationSlots(source, num_envs, self.config)
         self.num_envs = num_envs
-        self.render_mode = None
         self.observation_specs, self.action_spec = self.slots.observation_specs, self.slots.action_spec
-        self.single_observation_space = observation_space(self.config, self.slots.num_sensors)
+        self.single_observation_space = observation_space(self.slots.sensors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.single_action_space = gymnasium.spaces.Discrete(self.slots.action_spec.n)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.order = EpisodeOrder(len(source), np.zeros(num_envs, np.int64))
         self._next_theta: dict[int, NDArray[np.float64]] = {}
         self._observations: Observations = {}
+        self.on_device = self.slots.light is not None and self.slots.light.is_on_gpu
+        """Whether readings stay on the renderer's device as tensors, for a policy that is there too."""
+        self._screen = Screen(self.slots) if render_mode is not None else None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -84,31 +95,44 @@ class NavigationVectorEnv(VectorEnv):
         Without a seed the order of episodes goes on; the first reset without one draws seeds at random.
         ``options={"episodes": indices}`` begins these rows of the source instead.
         """
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
         seeds = self._seeds(seed)
         if seeds is not None:
             self.order = EpisodeOrder(len(self.slots.source), seeds)
         everyone = np.arange(self.num_envs)
-        chosen = (options or {}).get("episodes")
-        episodes = self.order.draw(everyone) if chosen is None else np.asarray(chosen, np.int64)
+        chosen = option_of(options, "episodes")
+        if chosen is not None:
+            chosen = indices(chosen, 'options["episodes"]', len(self.slots.source), EnvError, self.num_envs)
+        episodes = self.order.draw(everyone) if chosen is None else chosen
         self._begin(everyone, episodes)
-        self._observations = self.slots.observe()
+        self._observations = self._observe()
         return self._copy(), self._facts()
 
     def step(
         self, actions: ArrayLike
     ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info."""
-        actions = np.asarray(actions, np.int64)
-        count = self.slots.action_spec.n
-        if actions.shape != (self.num_envs,) or (actions < 0).any() or (actions >= count).any():
-            raise ValueError(f"actions are {actions!r}; they must be {self.num_envs} integers from 0 to {count - 1}")
+        """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info.
+
+        Raises:
+            EnvError: the actions are not whole numbers of this task, one per agent.
+            ResetNeeded: nothing has begun.
+            ClosedEnvironmentError: the environment is closed.
+        """
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")
+        if not self._observations:
+            raise ResetNeeded("the environment has not begun; call reset() before step()")
+        actions = indices(actions, "actions", self.slots.action_spec.n, EnvError, self.num_envs)
         ended = self.slots.advance(actions)
+        if self._screen is not None:
+            self._screen.go()
         rewards, terminated, truncated = (
             self.slots.rewards.copy(),
             self.slots.terminated.copy(),
             self.slots.truncated.copy(),
         )
-        self._observations = self.slots.observe()
+        self._observations = self._observe()
         info: dict[str, Any] = {}
         if ended.any():
             over = np.flatnonzero(ended)
@@ -117,7 +141,7 @@ class NavigationVectorEnv(VectorEnv):
             info["final_info"] = self._final_measures(over, ended)
             info["_final_info"] = ended
             self._begin(over, self.order.draw(over))
-            for name, value in self.slots.observe(over).items():
+            for name, value in self._observe(over).items():
                 self._observations[name][over] = value
         return self._copy(), rewards, terminated, truncated, {**self._facts(), **info}
 
@@ -129,9 +153,9 @@ class NavigationVectorEnv(VectorEnv):
         """Give agents (n,) normalised designs (n, K, 7) from their next episodes on.
 
         Raises:
-            DesignError: the shape is wrong, or a number is not finite.
+            DesignError: there is no such agent, the shape is wrong, or a number is not finite or beyond reason.
         """
-        agents = np.asarray(agents, np.int64)
+        agents = indices(agents, "agents", self.num_envs, DesignError)
         values = self.slots.checked_theta(len(agents), theta)
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
@@ -152,11 +176,25 @@ class NavigationVectorEnv(VectorEnv):
         self.order.drawn[:] = state["order_drawn"]
         agents = state["next_theta_agents"]
         self._next_theta = {int(agent): theta for agent, theta in zip(agents, state["next_theta"], strict=True)}
-        self._observations = self.slots.observe()
+        if self._screen is not None:  # the way up to here is not known
+            self._screen.begin(np.arange(self.num_envs))
+        self._observations = self._observe()
 
     def observations(self) -> Observations:
         """The observations that the last reset, step or :meth:`restore` left, each (N, ...)."""
         return self._copy()
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """With ``render_mode="rgb_array"`` a picture (H, W, 3) of each agent: its way on the map, and what it sees.
+
+        Where an episode has just ended, it is the next one's first.
+        """
+        if self._screen is None:
+            return None
+        return tuple(
+            self._screen.picture(agent, {name: value[agent] for name, value in self._observations.items()})
+            for agent in range(self.num_envs)
+        )
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held that needs closing."""
@@ -166,20 +204,25 @@ class NavigationVectorEnv(VectorEnv):
             if int(agent) in self._next_theta:
                 self.slots.set_designs([agent], self._next_theta.pop(int(agent))[None])
         self.slots.begin(agents, episodes)
+        if self._screen is not None:
+            self._screen.begin(agents)
+
+    def _observe(self, agents: NDArray[np.int64] | None = None) -> Observations:
+        return self.slots.observe(agents, self.on_device)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> NDArray[np.int64] | None:
         if seed is None:
             if self.order.drawn.any():
                 return None
             seed = int(np.random.SeedSequence().generate_state(1)[0])
-        if isinstance(seed, int | np.integer):
-            return int(seed) + np.arange(self.num_envs)
-        if len(seed) != self.num_envs or any(value is None for value in seed):
-            raise ValueError(f"seed is {seed!r}; it must be one integer, or {self.num_envs} of them")
-        return np.array(seed, np.int64)
+        if isinstance(seed, int | np.integer | float | str):
+            return whole(seed, "seed", 0, MAX_SEED, EnvError) + np.arange(self.num_envs)
+        if len(seed) != self.num_envs:
+            raise EnvError(f"seed holds {len(seed)} numbers; it must be one whole number, or {self.num_envs} of them")
+        return np.array([whole(value, "seed", 0, MAX_SEED, EnvError) for value in seed], np.int64)
 
     def _copy(self) -> Observations:
-        return {name: value.copy() for name, value in self._observations.items()}
+        return {name: copied(value) for name, value in self._observations.items()}
 
     def _facts(self) -> dict[str, Any]:
         everyone = np.ones(self.num_envs, np.bool_)
@@ -197,7 +240,7 @@ class NavigationVectorEnv(VectorEnv):
         """One dictionary for each agent whose episode ended, None for the others: Gymnasium's layout."""
         final = np.full(self.num_envs, None, dtype=object)
         for agent in over:
-            final[agent] = {name: value[agent].copy() for name, value in self._observations.items()}
+            final[agent] = {name: copied(value[agent]) for name, value in self._observations.items()}
         return final
 
     def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
@@ -213,6 +256,23 @@ class NavigationVectorEnv(VectorEnv):
             texts[over] = values
             final[name], final[f"_{name}"] = texts, ended
         return final
+
+
+def option_of(options: dict[str, Any] | None, name: str) -> Any:
+    """The only option that a reset knows, None where it is not given.
+
+    Raises:
+        EnvError: there are others.
+    """
+    others = sorted(set(options or {}) - {name})
+    if others:
+        raise EnvError(f"reset knows no option {others[0]!r}; valid: {name!r}")
+    return (options or {}).get(name)
+
+
+def copied(values: Any) -> Any:
+    """A copy of an array, or of a tensor where it lies."""
+    return values.copy() if isinstance(values, np.ndarray) else values.clone()
 
 
 def configure(

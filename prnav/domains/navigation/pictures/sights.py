@@ -13,18 +13,12 @@ from numpy.typing import NDArray
 from prnav import style
 from prnav.contracts import Trace
 from prnav.domains.navigation.maps import FloorMap
+from prnav.domains.navigation.pictures.frame import sensors_side_by_side
 from prnav.domains.navigation.pictures.topdown import caption, draw_floor, draw_trajectory, floors_of
 
 MOMENTS = 8
 ACTION_NAMES = ("stop", "forward", "left", "right")
 ACTION_COLORS = ("#1f2933", "#c9ced6", "#e0a53f", "#7a5ea8")
-
-
-def sensors_side_by_side(readings: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Grids of K sensors (K, B, B, 3) as one picture, a white column between them: (B, K * B + K - 1, 3)."""
-    gap = np.full((readings.shape[1], 1, 3), 255, np.uint8)
-    parts = [part for grid in readings for part in (gap, grid)][1:]
-    return np.concatenate(parts, axis=1)
 
 
 def draw_sight(

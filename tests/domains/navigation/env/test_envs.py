@@ -30,7 +30,7 @@ def test_a_camera_takes_the_photoreceptors_place(config, source):
     assert observations in envs.observation_space and "photoreceptors" not in observations
     slots = envs.slots
     view = slots.simulator.scene_index, slots.positions, slots.yaws, slots.poses
-    picture = slots.renderer.image(*view, size=32)
+    picture = slots.light.renderer.image(*view, size=32)
     assert np.abs(observations["camera"] / 255.0 - picture).max() <= 0.5 / 255.0 + 1e-6
     assert observations["camera"].std() > 1.0
 
