@@ -60,9 +60,7 @@ class Rasteriser:
         cut = pictures.reshape(*pictures.shape[:2], grid, patch, grid, patch, 3)
         return np.asarray(cut.mean(axis=(3, 5), dtype=np.float64), np.float32)
 
-    def image(
-        self, poses: WorldPoses, places: ArrayLike, axes: ArrayLike, fovs: ArrayLike, size: int = 84
-    ) -> Float32:
+    def image(self, poses: WorldPoses, places: ArrayLike, axes: ArrayLike, fovs: ArrayLike, size: int = 84) -> Float32:
         """Square pictures, 0 to 1, (N, K, size, size, 3); see the caster's :meth:`image`."""
         places_NK3, axes_NK33 = np.asarray(places, np.float64), np.asarray(axes, np.float64)
         fovs_NK = np.broadcast_to(np.asarray(fovs, np.float64), places_NK3.shape[:2])
@@ -93,9 +91,7 @@ class Rasteriser:
         data.site_xpos[:], data.site_xmat[:] = poses.site_xpos[n], poses.site_xmat[n].reshape(-1, 9)
         data.light_xpos[:], data.light_xdir[:] = poses.light_xpos[n], poses.light_xdir[n]
 
-    def _aim(
-        self, scene: mujoco.MjvScene, place: NDArray[np.float64], axes: NDArray[np.float64], fov: float
-    ) -> None:
+    def _aim(self, scene: mujoco.MjvScene, place: NDArray[np.float64], axes: NDArray[np.float64], fov: float) -> None:
         near = float(self.model.vis.map.znear) * float(self.model.stat.extent)
         far = float(self.model.vis.map.zfar) * float(self.model.stat.extent)
         half = near * math.tan(0.5 * fov)
