@@ -158,25 +158,31 @@ def _plans(p: argparse.ArgumentParser) -> None:
 
 
 def _list(options: argparse.Namespace) -> None:
-    from prnav.sensors import library_designs, load_design
+    from prnav.sensors import design_summaries
 
     table = Table()
-    for column in ("design", "sensors", "grid"):
-        table.add_column(column, justify="left" if column == "design" else "right", no_wrap=True)
+    for column in ("design", "for", "sensors", "grid"):
+        table.add_column(column, justify="left" if column in ("design", "for") else "right", no_wrap=True)
     table.add_column("idea", overflow="fold")
-    for name in library_designs():
-        design = load_design(name)
-        table.add_row(name, str(design.num_sensors), f"{design.grid} x {design.grid}", design.description)
+    for name, model, sensors, grid, description in sorted(design_summaries(), key=lambda d: (d.model, d.name)):
+        table.add_row(name, model or "navigation", str(sensors), f"{grid} x {grid}", description)
     Screen().print(table)
 
 
 def _show(options: argparse.Namespace) -> None:
     from prnav.report.designs import draw_design
-    from prnav.sensors import load_design
+    from prnav.sensors import design_model, load_design
     from prnav.style import save_png
 
-    design = load_design(options.design)
     check_writable(options.out)
+    if model := design_model(options.design):
+        from prnav.domains.control.drawing import draw_standing
+
+        figure, design = draw_standing(options.design, model)
+        print(f"{design.name}: {textwrap.shorten(design.description, 200)}")
+        print(f"picture  {save_png(figure, options.out)}")
+        return
+    design = load_design(options.design)
     sight, place = None, ""
     if not options.body_only:
         from prnav.domains.navigation.pictures.design_sight import see, telling_pose

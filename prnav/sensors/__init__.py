@@ -15,7 +15,14 @@ from prnav.sensors.design import (
     Seat,
     check_poses,
 )
-from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
+from prnav.sensors.design_file import (
+    design_model,
+    design_summaries,
+    design_to_toml,
+    library_designs,
+    load_design,
+    save_design,
+)
 from prnav.sensors.design_map import (
     effective_theta,
     free_values,
@@ -43,6 +50,8 @@ __all__ = [
     "Seat",
     "check_poses",
     "compass",
+    "design_model",
+    "design_summaries",
     "design_to_toml",
     "effective_theta",
     "free_values",

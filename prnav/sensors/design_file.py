@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import tomli_w
@@ -82,6 +83,24 @@ def library_designs(model: str = "") -> list[str]:
     return [path.stem for path in paths if load_config(_DesignTable, path).body.model == model]
 
 
+class DesignSummary(NamedTuple):
+    """What a design of the library is, without the bodies that its sensors sit on."""
+
+    name: str
+    model: str
+    """The model on whose bodies its sensors sit; empty for one body that the design describes."""
+    sensors: int
+    grid: int
+    description: str
+
+
+def design_summaries() -> list[DesignSummary]:
+    """All designs that travel with the package, for whatever body."""
+    paths = sorted(resource("configs", "designs").glob("*.toml"))
+    tables = [load_config(_DesignTable, path) for path in paths]
+    return [DesignSummary(t.name, t.body.model, len(t.sensors), t.grid, t.description) for t in tables]
+
+
 def design_model(path_or_name: str | Path) -> str:
     """The model on whose bodies a design's sensors sit; empty for one body that the design itself describes.
 
@@ -105,7 +124,7 @@ def load_design(
     Raises:
         DesignError: no such file or name, a broken file, or a design that its body, its limits or ``sensors`` refuse.
     """
-    table, path = _read_table(path_or_name)
+    table, path = _read_table(path_or_name, bodies is not None)
     if table.body.model and bodies is None:
         raise DesignError(f"{path}: design {table.name} is for the bodies of {table.body.model!r}, which are not here")
     try:
@@ -117,12 +136,12 @@ def load_design(
     return design
 
 
-def _read_table(path_or_name: str | Path) -> tuple[_DesignTable, Path]:
+def _read_table(path_or_name: str | Path, for_bodies: bool = False) -> tuple[_DesignTable, Path]:
     path = Path(path_or_name)
     if path.suffix != ".toml":
         folder = resource("configs", "designs")
-        names = sorted(file.stem for file in folder.glob("*.toml"))
-        if str(path_or_name) not in names:
+        if not (folder / f"{path_or_name}.toml").is_file() or "/" in str(path_or_name):
+            names = [summary.name for summary in design_summaries() if bool(summary.model) == for_bodies]
             raise DesignError(
                 f"design {str(path_or_name)!r} is not in the library; valid: {', '.join(names)}, or the path of a "
                 f".toml file"

@@ -183,6 +183,8 @@ def _compiled(sources: str) -> Callable[..., None]:
         scene, work = borrowed_scene(scene), borrowed_work(work)
         places, axes, halves, out = borrowed(places), borrowed(axes), borrowed(halves), borrowed(out)
         strip = borrowed_strip(strip)
+        work.kept[:] = -1
+        work.plain_kept[:] = -1
         for n in range(start, stop):
             finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)
             finite = finite and _place_lights(scene, work, light_xpos, light_xdir, n)
