@@ -145,7 +145,6 @@ def test_settings_of_a_data_set_and_of_files_load():
         ({"sim": {"forward_step": 0.0}}, "sim: forward_step is 0.0; it must be above 0 m"),
         ({"navmesh": {"cell_size": 0.0}}, "navmesh: cell_size is 0.0; it must be at least"),
         ({"task": {"max_steps": 3}}, r"\[task\] is now called \[rules\]; rename it"),
-        ({"targetnav": {}}, r"\[targetnav\] is now called \[rules\]; rename it"),
     ],
 )
 def test_a_wrong_value_is_named_with_what_is_valid(values, text):
@@ -173,4 +172,4 @@ def test_a_task_without_a_goal_to_tell_refuses_its_sensor():
 @pytest.mark.parametrize("table", ["task", "targetnav"])
 def test_tables_of_earlier_runs_are_told_their_new_name(table):
     with pytest.raises(ConfigError, match=rf"\[env.{table}\] is now called \[env.rules\]; rename it"):
-        load_train_config("quickstart", (f"env.{table}.max_steps=9",))
+        load_train_config("quickstart-targetnav", (f"env.{table}.max_steps=9",))
