@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,21 +38,28 @@ class TrialClaims:
         self._file.close()
 
     def _lock(self, byte: int, wait: bool) -> bool:
-        if sys.platform == "win32":
-            return True
-        import fcntl
-
         try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+            self._set(_LOCK, byte, wait)
         except OSError:
             return False
         return True
 
     def _unlock(self, byte: int) -> None:
-        if sys.platform != "win32":
-            import fcntl
+        self._set(_UNLOCK, byte, False)
 
-            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, byte)
+    def _set(self, kind: int, byte: int, wait: bool) -> None:
+        """Set a lock of the open file, or of the process where the system has no other; nothing on Windows."""
+        if sys.platform == "win32":
+            return
+        import fcntl
+
+        if sys.platform == "linux":
+            request = struct.pack("hhqqi4x", fcntl.F_WRLCK if kind == _LOCK else fcntl.F_UNLCK, 0, byte, 1, 0)
+            fcntl.fcntl(self._file, fcntl.F_OFD_SETLKW if wait else fcntl.F_OFD_SETLK, request)
+        else:
+            held = fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB
+            fcntl.lockf(self._file, held if kind == _LOCK else fcntl.LOCK_UN, 1, byte)
 
 
+_LOCK, _UNLOCK = 1, 2
 _TABLE = 1 << 40  #: byte that is locked while trials are taken
