@@ -201,7 +201,7 @@ def load_traces(evaluation: Evaluation) -> list[Trace]:
     except KeyError as error:
         raise RecordError(f"{path}: lacks episode {error}; {_AGAIN}") from error
     for row, track in zip(evaluation.rows, tracks, strict=True):
-        if "steps" in row and row["steps"] != len(track):
+        if "steps" in row and row["steps"] != len(track) * evaluation.header.get("action_repeat", 1):
             raise RecordError(
                 f"{path}: episode {_episode(row)} has {len(track)} steps and {row['steps']:g} in {RECORDS}; {_AGAIN}"
             )

@@ -19,6 +19,7 @@ from prnav.scene.text_files import decode_name, join_continued, plain_bytes
 
 _ONE_WORD = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-bm", "-boost", "-imfchan", "-type", "-colorspace")
 _UP_TO_THREE = ("-o", "-s", "-t")
+_OPTION_BEHIND = re.compile(r"\s-(?:s|o|t|mm|bm|boost|clamp|blendu|blendv|cc|texres|imfchan|type)\s", re.IGNORECASE)
 _READ = ("newmtl", "kd", "ke", "map_kd", "map_ke")
 
 
@@ -222,6 +223,9 @@ def _texture_map(rest: str, notes: list[str], library: str) -> TextureMap | None
     names = [name for name in dict.fromkeys((_unquoted(text), text, _before_comment(text))) if name]
     if '"' in text:  # a comment behind a name in quotes
         names = [name for name in names if not name.startswith('"')] or names
+    if (behind := _OPTION_BEHIND.search(text)) and behind.start():
+        names.append(text[: behind.start()].strip())
+        notes.append(f"{library}: options behind the name of {names[-1]!r} are not applied")
     if not names:
         notes.append(f"{library}: a map without a name is not read")
         return None

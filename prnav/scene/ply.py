@@ -111,13 +111,14 @@ def _surface(source: MeshSource, name: str, table: Rows, positions: NDArray[np.f
     if column is None:
         raise SceneError(f"scene {path}: its {name} element has no list {' or '.join(_INDICES[:2])}; export it again")
     strips = name in _STRIPS
-    vertex = column.values.astype(np.int64)
-    bad = (vertex != column.values) | (vertex >= len(positions)) | (vertex < (-1 if strips else 0))
+    values = column.values
+    bad = ~((values >= (-1 if strips else 0)) & (values < len(positions)) & (values == np.floor(values)))
     if bad.any():
-        found = column.values[bad][0]
+        found = values[bad][0]
         raise SceneError(
             f"scene {path}: a {name} refers to vertex {found:.15g}, valid are 0..{len(positions) - 1}; export it again"
         )
+    vertex = values.astype(np.int64)
     if strips:
         triangles, rows = _strip_triangles(vertex, column.sizes)
         return _Surface(np.maximum(vertex, 0), triangles, rows)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from prnav.errors import SceneError
@@ -25,7 +24,7 @@ _TYPES = {
     "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "int64": "i8", "uint64": "u8",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8", "float16": "f2",
 }  # fmt: skip
-_START = re.compile(rb"\s*ply[ \t]*(\r\n|\n|\r)")
+_START = re.compile(rb"(?:\xef\xbb\xbf)?\s*ply[ \t]*(\r\n|\n|\r)")
 _END = re.compile(rb"(?:\r\n|\n|\r)[ \t]*end_header[ \t]*(\r\n|\n|\r|$)")
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _MAX_VALUE = 1 << 53
@@ -225,9 +224,11 @@ def _is_number(word: bytes) -> bool:
 
 def _text_rows(path: Path, numbers: NDArray[np.float64], start: int, element: Element) -> tuple[NDArray[np.int64], int]:
     """Where each column of each row starts, (n, columns), and where the element ends."""
+    from prnav.scene.ply_rows import walk_text  # compiled: not for those who read no PLY
+
     lists = np.array([p.count_type is not None for p in element.properties], bool)
     offsets = np.empty((element.count, len(lists)), np.int64)
-    end = _walk_text(numbers, start, lists, offsets)
+    end = walk_text(numbers, start, lists, offsets)
     if end < 0:
         _bad_rows(path, element, -1 - end)
     return offsets, end
@@ -260,8 +261,10 @@ def _binary_rows(
             _bad_rows(path, element, max(0, (len(body) - start) // max(row, 1)))
         columns = np.cumsum(sizes) - sizes
         return start + row * np.arange(element.count)[:, None] + columns[None, :], end
+    from prnav.scene.ply_rows import walk_binary
+
     offsets = np.empty((element.count, len(sizes)), np.int64)
-    end = _walk_binary(body, start, sizes, counts, signed, order == ">", offsets)
+    end = walk_binary(body, start, sizes, counts, signed, order == ">", offsets)
     if end < 0:
         _bad_rows(path, element, -1 - end)
     return offsets, end
@@ -288,7 +291,8 @@ def _numbers(body: NDArray[np.uint8], at: NDArray[np.int64], kind: str) -> NDArr
     raw = np.empty((len(at), dtype.itemsize), np.uint8)
     for k in range(dtype.itemsize):
         raw[:, k] = body[at + k]
-    return raw.view(dtype)[:, 0].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        return raw.view(dtype)[:, 0].astype(np.float64)
 
 
 def _spread(firsts: NDArray[np.int64], sizes: NDArray[np.int64], stride: int) -> NDArray[np.int64]:
@@ -302,47 +306,3 @@ def _bad_rows(path: Path, element: Element, row: int) -> NoReturn:
         f"scene {path}: {element.name} {row} of {element.count} has a list of a wrong length, or is cut off; "
         "copy or export the file again"
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _walk_text(numbers, start, lists, offsets):
-    """Fill in where columns start; the end, or -1 - row where a row does not fit."""
-    for row in range(len(offsets)):
-        for column in range(len(lists)):
-            if start >= len(numbers):
-                return -1 - row
-            offsets[row, column] = start
-            if lists[column]:
-                size = numbers[start]
-                if not 0.0 <= size <= len(numbers) - start - 1 or size != np.floor(size):
-                    return -1 - row
-                start += int(size)
-            start += 1
-    return start
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _walk_binary(body, start, sizes, counts, signed, big, offsets):
-    """Fill in where columns start; the end, or -1 - row where a row does not fit."""
-    for row in range(len(offsets)):
-        for column in range(len(sizes)):
-            offsets[row, column] = start
-            if counts[column] == 0:
-                start += sizes[column]
-                continue
-            width = counts[column]
-            if start + width > len(body):
-                return -1 - row
-            size = np.uint64(0)
-            for k in range(width):
-                byte = body[start + k] if big else body[start + width - 1 - k]
-                size = size << np.uint64(8) | np.uint64(byte)
-            if signed[column] and size >> np.uint64(8 * width - 1):
-                return -1 - row
-            start += width
-            if size > np.uint64((len(body) - start) // sizes[column]):
-                return -1 - row
-            start += int(size) * sizes[column]
-        if start > len(body):
-            return -1 - row
-    return start
