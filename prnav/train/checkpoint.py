@@ -116,7 +116,8 @@ def check_like(
         model: the same of this run.
         path: the checkpoint, for errors.
         place: where in it the part stands.
-        any_rows: names of arrays whose number of rows may differ.
+        any_rows: names of arrays whose number of rows may differ, as it may for those that have none in ``model``: they
+            hold what a run gathers.
 
     Raises:
         CheckpointError: something differs.
@@ -131,7 +132,8 @@ def check_like(
                 check_like(found[key], value, path, f"{place}/{key}", any_rows)
     elif isinstance(model, torch.Tensor | np.ndarray):
         wanted = model.detach().cpu().numpy() if isinstance(model, torch.Tensor) else model
-        first = 1 if place.rpartition("/")[2] in any_rows else 0
+        grows = place.rpartition("/")[2] in any_rows or (wanted.ndim > 0 and len(wanted) == 0)
+        first = 1 if grows else 0
         if not isinstance(found, np.ndarray) or found.dtype != wanted.dtype:
             problem = f"is {getattr(found, 'dtype', type(found).__name__)} where {wanted.dtype} is needed"
         elif found.ndim != wanted.ndim or found.shape[first:] != wanted.shape[first:]:

@@ -100,7 +100,7 @@ def test_the_initial_design_is_scored_though_a_worker_died_at_it(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         search("random", DESIGN, dies, SearchConfig(trials=4), tmp_path / "s.log")
     trials = search("random", DESIGN, hill, SearchConfig(trials=4), tmp_path / "s.log")
-    assert initial_of(trials).score == hill(np.zeros((1, 7)))
+    assert len(trials) == 4 and initial_of(trials).score == hill(np.zeros((1, 7)))
     with pytest.raises(ConfigError, match="design 4 has the score nan"):
         search("random", DESIGN, lambda theta: float("nan"), SearchConfig(trials=9), tmp_path / "s.log")
 

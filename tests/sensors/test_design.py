@@ -173,9 +173,7 @@ def test_a_bad_file_is_one_clear_error(tmp_path, text, message):
 
 
 def test_a_missing_design_names_the_library(tmp_path):
-    with pytest.raises(
-        DesignError, match="'eagle' is not in the library; valid: compass-rose, crow, fan, "
-    ):
+    with pytest.raises(DesignError, match="'eagle' is not in the library; valid: compass-rose, crow, fan, "):
         load_design("eagle")
     with pytest.raises(DesignError, match="cannot be read"):
         load_design(tmp_path / "none.toml")
