@@ -1,80 +1,48 @@
-"""Work that several processes share: a folder is held by a lock, which the system lets go of when its holder dies."""
+"""Trials that several processes on one study share: each is held by a lock that goes with the process."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from prnav.locks import FolderLock, held
 
 
 class TrialClaims:
-    """Which trials of a study somebody is at: a lock on one byte of a file each, which goes with the process."""
+    """Claims on the trials of a study by their numbers, one locked file each in a folder of their own."""
 
-    def __init__(self, path: Path) -> None:
-        """Claims in a file beside the study; made where it is missing."""
-        self._file = open(path, "a+b")  # noqa: SIM115 (as long as the study is worked on; closing drops all locks)
+    def __init__(self, folder: Path) -> None:
+        """Claims in ``folder``, which is made where it is missing."""
+        self._folder = folder
+        self._held: dict[int, FolderLock] = {}
+        folder.mkdir(parents=True, exist_ok=True)
 
     @contextmanager
     def alone(self) -> Iterator[None]:
         """Context in which no other process takes trials."""
-        self._lock(_TABLE, wait=True)
-        try:
+        with held(self._folder, wait=True):
             yield
-        finally:
-            self._unlock(_TABLE)
 
     def take(self, number: int) -> bool:
-        """Claim a trial; False where another process is at it."""
-        return self._lock(number, wait=False)
+        """Claim a trial; False where it is held by another worker."""
+        lock = FolderLock(self._folder, str(number))
+        if not lock.acquire():
+            return False
+        self._held[number] = lock
+        return True
 
     def let_go(self, number: int) -> None:
         """Give a trial back, whether it is done or not."""
-        self._unlock(number)
+        lock = self._held.pop(number)
+        lock.path.unlink(missing_ok=True)
+        lock.release()
 
     def close(self) -> None:
-        """Give all back."""
-        self._file.close()
-
-    def _lock(self, byte: int, wait: bool) -> bool:
-        if sys.platform == "win32":
-            return True
-        import fcntl
-
-        try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
-        except OSError:
-            return False
-        return True
-
-    def _unlock(self, byte: int) -> None:
-        if sys.platform != "win32":
-            import fcntl
-
-            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, byte)
-
-
-_TABLE = 1 << 40  #: byte that is locked while trials are taken
-
-
-@contextmanager
-def held(place: Path, wait: bool = False) -> Iterator[bool]:
-    """Whether this process holds the folder, until the block ends.
-
-    Args:
-        place: the folder; made where it is missing.
-        wait: wait for another process to let go of it, and hold it then.
-    """
-    place.mkdir(parents=True, exist_ok=True)
-    with open(place / ".claim", "w") as lock:
-        if sys.platform == "win32":  # no advisory locks: one process at a time
-            yield True
-            return
-        import fcntl
-
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            yield False
-            return
-        yield True
+        """Give all back, and leave nothing where no other process is at the study."""
+        for number in list(self._held):
+            self.let_go(number)
+        with suppress(OSError):
+            if not any(path.name != ".claim" for path in self._folder.iterdir()):
+                (self._folder / ".claim").unlink(missing_ok=True)
+                self._folder.rmdir()

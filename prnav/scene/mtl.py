@@ -50,7 +50,7 @@ class TextureMap:
 
 
 @dataclass
-class Material:
+class MtlMaterial:
     """One material of an MTL file."""
 
     name: str
@@ -84,14 +84,14 @@ class Material:
         return np.clip(value, 0.0, 1.0)
 
 
-def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
+def parse_mtl(data: bytes, library: str) -> tuple[list[MtlMaterial], list[str]]:
     """Materials of an MTL file in its order, and what is worth a note.
 
     Args:
         data: the file's bytes.
         library: its name, as the OBJ gives it.
     """
-    materials: list[Material] = []
+    materials: list[MtlMaterial] = []
     notes: list[str] = []
     for raw in join_continued(plain_bytes(data)).splitlines():
         line = decode_name(raw).replace("\0", "").strip()
@@ -100,7 +100,7 @@ def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
         if keyword not in _READ:
             continue
         if keyword == "newmtl":
-            materials.append(Material(rest.strip(), library))
+            materials.append(MtlMaterial(rest.strip(), library))
             continue
         if not materials:
             notes.append(f"{library}: {keyword} stands before any newmtl and is not read")
@@ -128,7 +128,7 @@ def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
     return materials, notes
 
 
-def find_material(materials: dict[str, Material], name: str) -> Material | None:
+def find_material(materials: dict[str, MtlMaterial], name: str) -> MtlMaterial | None:
     """Material that ``usemtl`` names, a comment at the end of the line left aside if that is what it is."""
     for candidate in (name, _before_comment(name), _unquoted(name)):
         if candidate in materials:

@@ -74,7 +74,7 @@ class ListColumn(NamedTuple):
     """How many each row has, (n,)."""
 
 
-class Table(NamedTuple):
+class Rows(NamedTuple):
     """Columns of an element by their names in lower case."""
 
     rows: int
@@ -129,7 +129,7 @@ def read_header(path: Path, data: bytes) -> Header:
     return Header(order, elements, textures, body)
 
 
-def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Table]:
+def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Rows]:
     """Elements of a PLY file by name.
 
     Args:
@@ -145,7 +145,7 @@ def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]
         return _text_tables(path, data[header.body :], header, wanted)
     body = np.frombuffer(data, np.uint8, offset=header.body)
     _check_promise(path, sum(e.count * e.least_bytes for e in header.elements), len(body), "bytes")
-    tables: dict[str, Table] = {}
+    tables: dict[str, Rows] = {}
     start = 0
     for number, element in enumerate(header.elements):
         if not any(later.name in wanted for later in header.elements[number:]):
@@ -187,7 +187,7 @@ def _check_promise(path: Path, promised: int, found: int, unit: str) -> None:
         )
 
 
-def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Table]:
+def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Rows]:
     least = sum(element.count * len(element.properties) for element in header.elements)
     _check_promise(path, least, (len(body) + 1) // 2, "numbers")
     words = body.split()
@@ -199,7 +199,7 @@ def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...
             f"scene {path}: {decode_name(wrong)!r:.40} stands where a number is needed; repair or export the file again"
         ) from None
     _check_promise(path, least, len(numbers), "numbers")
-    tables: dict[str, Table] = {}
+    tables: dict[str, Rows] = {}
     start = 0
     for element in header.elements:
         offsets, end = _text_rows(path, numbers, start, element)
@@ -234,8 +234,8 @@ def _text_rows(path: Path, numbers: NDArray[np.float64], start: int, element: El
     return offsets, end
 
 
-def _text_table(numbers: NDArray[np.float64], offsets: NDArray[np.int64], element: Element) -> Table:
-    table = Table(element.count, {}, {}, {})
+def _text_table(numbers: NDArray[np.float64], offsets: NDArray[np.int64], element: Element) -> Rows:
+    table = Rows(element.count, {}, {}, {})
     for column, p in enumerate(element.properties):
         at = offsets[:, column]
         table.types[p.name] = p.type
@@ -270,8 +270,8 @@ def _binary_rows(
     return offsets, end
 
 
-def _binary_table(body: NDArray[np.uint8], offsets: NDArray[np.int64], element: Element, order: str) -> Table:
-    table = Table(element.count, {}, {}, {})
+def _binary_table(body: NDArray[np.uint8], offsets: NDArray[np.int64], element: Element, order: str) -> Rows:
+    table = Rows(element.count, {}, {}, {})
     for column, p in enumerate(element.properties):
         at = offsets[:, column]
         table.types[p.name] = p.type

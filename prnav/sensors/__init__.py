@@ -1,7 +1,10 @@
-"""What an agent senses: designs of sensors on its body, photoreceptors, cameras, GPS, compass and the point goal."""
+"""What an agent senses: designs of sensors on its body, GPS, compass and the point goal.
 
-from prnav.sensors.body import Body, Surface
-from prnav.sensors.camera import Camera, CameraConfig
+What reads light stands beside, with the renderer that it needs: :mod:`prnav.sensors.photoreceptor` and
+:mod:`prnav.sensors.camera`.
+"""
+
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import (
     AXES,
     FOV_LIMITS,
@@ -24,7 +27,6 @@ from prnav.sensors.design_map import (
 )
 from prnav.sensors.gps_compass import compass, gps, pointgoal
 from prnav.sensors.mesh_body import MeshBody
-from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
 from prnav.sensors.readout import Readout, read_out
 
 __all__ = [
@@ -32,17 +34,13 @@ __all__ = [
     "FOV_LIMITS",
     "MIRROR",
     "Body",
-    "Camera",
-    "CameraConfig",
     "Design",
     "DesignSpace",
     "Link",
     "MeshBody",
-    "PhotoreceptorConfig",
-    "Photoreceptors",
     "Readout",
+    "BodySurface",
     "Seat",
-    "Surface",
     "check_poses",
     "compass",
     "design_to_toml",

@@ -15,7 +15,7 @@ from prnav.config import load_config
 from prnav.errors import ConfigError, DesignError
 from prnav.files import resolve_inside, write_text
 from prnav.resources import resource
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link, Seat
 from prnav.sensors.mesh_body import load_mesh_body
 
@@ -92,7 +92,7 @@ def design_model(path_or_name: str | Path) -> str:
 
 
 def load_design(
-    path_or_name: str | Path, sensors: int | None = None, bodies: Mapping[str, Surface] | None = None
+    path_or_name: str | Path, sensors: int | None = None, bodies: Mapping[str, BodySurface] | None = None
 ) -> Design:
     """Design from a TOML file, or from the library by name. Photoreceptor grids and cameras share the format.
 
@@ -134,7 +134,7 @@ def _read_table(path_or_name: str | Path) -> tuple[_DesignTable, Path]:
         raise DesignError(str(error)) from error
 
 
-def _design(table: _DesignTable, path: Path, bodies: Mapping[str, Surface] | None) -> Design:
+def _design(table: _DesignTable, path: Path, bodies: Mapping[str, BodySurface] | None) -> Design:
     rows: list[list[float]] = []
     links: list[Link] = []
     for index, sensor in enumerate(table.sensors):
@@ -169,7 +169,7 @@ def _design(table: _DesignTable, path: Path, bodies: Mapping[str, Surface] | Non
     )
 
 
-def _seats(table: _DesignTable, bodies: Mapping[str, Surface] | None) -> tuple[Seat, ...]:
+def _seats(table: _DesignTable, bodies: Mapping[str, BodySurface] | None) -> tuple[Seat, ...]:
     if not bodies:
         for index, sensor in enumerate(table.sensors):
             if sensor.body:
@@ -184,7 +184,7 @@ def _seats(table: _DesignTable, bodies: Mapping[str, Surface] | None) -> tuple[S
     return tuple(Seat(sensor.body, bodies[sensor.body]) for sensor in table.sensors)
 
 
-def _body(table: _BodyTable, path: Path) -> Surface:
+def _body(table: _BodyTable, path: Path) -> BodySurface:
     if table.mesh is None:
         return Body(table.radius, table.height)
     return load_mesh_body(resolve_inside(path.parent, table.mesh, DesignError), table.mesh)
@@ -193,8 +193,7 @@ def _body(table: _BodyTable, path: Path) -> Surface:
 def _space(table: _SpaceTable) -> DesignSpace:
     values = {}
     for axis in (*AXES, "fov_min", "fov_max"):
-        key = f"{axis}_deg"
-        values[axis] = math.radians(getattr(table, key)) if hasattr(table, key) else getattr(table, axis)
+        values[axis] = getattr(table, axis) if axis in AXES[:3] else math.radians(getattr(table, f"{axis}_deg"))
     limits = []
     for axis in AXES[:6]:
         given = getattr(table.limits, axis if axis in AXES[:3] else f"{axis}_deg")

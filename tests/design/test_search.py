@@ -1,4 +1,4 @@
-"""Searches find the top of a known hill, go on from their storage, and halve as they should."""
+"""Searches find the top of a known hill, resume from their storage, and halve as they should."""
 
 import numpy as np
 import pytest
@@ -69,6 +69,28 @@ def test_workers_that_share_a_study_repeat_nothing_and_neither_does_a_resumed_on
         np.testing.assert_array_equal([t.values for t in alone[:14]], [t.values for t in trials[:14]])
 
 
+@pytest.mark.parametrize("method", ["random", "tpe", "cmaes"])
+@pytest.mark.parametrize("fatal", [0, 1, 3])
+def test_a_search_that_died_tries_the_same_designs_as_one_that_did_not(tmp_path, method, fatal):
+    """A trial is asked again by its number, the first one too."""
+    pytest.importorskip("optuna")
+    whole = search(method, DESIGN, hill, SearchConfig(trials=6), tmp_path / "whole.log")
+    seen = []
+
+    def dies(theta):
+        seen.append(theta)
+        if len(seen) == fatal + 1:
+            raise KeyboardInterrupt
+        return hill(theta)
+
+    with pytest.raises(KeyboardInterrupt):
+        search(method, DESIGN, dies, SearchConfig(trials=6), tmp_path / "s.log")
+    trials = search(method, DESIGN, hill, SearchConfig(trials=6), tmp_path / "s.log")
+    assert [trial.number for trial in trials] == [trial.number for trial in whole]
+    np.testing.assert_array_equal([t.values for t in trials], [t.values for t in whole])
+    assert not list(tmp_path.glob("*.claims"))
+
+
 def test_the_initial_design_is_scored_though_a_worker_died_at_it(tmp_path):
     pytest.importorskip("optuna")
 
@@ -78,8 +100,8 @@ def test_the_initial_design_is_scored_though_a_worker_died_at_it(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         search("random", DESIGN, dies, SearchConfig(trials=4), tmp_path / "s.log")
     trials = search("random", DESIGN, hill, SearchConfig(trials=4), tmp_path / "s.log")
-    assert trials[0].values.any() and initial_of(trials).score == hill(np.zeros((1, 7)))
-    with pytest.raises(ConfigError, match="design 6 has the score nan"):
+    assert initial_of(trials).score == hill(np.zeros((1, 7)))
+    with pytest.raises(ConfigError, match="design 4 has the score nan"):
         search("random", DESIGN, lambda theta: float("nan"), SearchConfig(trials=9), tmp_path / "s.log")
 
 

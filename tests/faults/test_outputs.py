@@ -157,7 +157,7 @@ def test_a_run_that_needs_more_memory_than_there_is_says_so(place, tmp_path, cap
     from prnav.cli.train import main as train
 
     words = ["pointgoal", "--config", str(place.config), "--run", str(tmp_path / "run")]
-    assert train([*words, "ppo.rollout_steps=100000", "num_envs=4096", "env.grid=64"]) == 2
+    assert train([*words, "ppo.rollout_steps=100000", "num_envs=64", "env.grid=64"]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "error" in line]
     assert "GB" in line and "ppo.rollout_steps" in line
 

@@ -229,6 +229,21 @@ def test_a_linked_scene_is_found(tmp_path):
     assert bounds(open_scene_set("gibson", tmp_path).scene("gibson/Pablo.glb")) == FLOOR
 
 
+def test_a_link_to_another_disk_is_followed_and_one_that_a_file_names_is_not(tmp_path):
+    """Links in a data root are its owner's; names in files are anybody's."""
+    real = write_room(tmp_path / "disk/Pablo.glb", up="z")
+    folder = tmp_path / "root/scene_datasets/gibson"
+    folder.mkdir(parents=True)
+    (folder / "Pablo.glb").symlink_to(real)
+    assert bounds(open_scene_set("gibson", tmp_path / "root").scene("gibson/Pablo.glb")) == FLOOR
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "secret.mtl").write_text("newmtl m\nKd 1 0 0\n")
+    (tmp_path / "mesh/a.mtl").symlink_to(tmp_path / "secret.mtl")
+    (tmp_path / "mesh/a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.warns(UserWarning, match="outside the mesh's folder and is not read"):
+        load_scene(tmp_path / "mesh/a.obj")
+
+
 def test_what_is_missing_says_where_it_should_be(tmp_path):
     with pytest.raises(SceneError, match="no folder scene_datasets in it .*holds scene_datasets/ and datasets/"):
         open_scene_set("mp3d", tmp_path)

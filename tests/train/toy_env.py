@@ -9,6 +9,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from prnav.contracts import DiscreteActions, ObservationSpec
+
 CUES = 3
 
 
@@ -19,6 +21,12 @@ class CueEnv(VectorEnv):
 
     def __init__(self, num_envs: int = 8, length: int = 3, cut: bool = False) -> None:
         self.num_envs, self.length, self.cut = num_envs, length, cut
+        self.action_spec = DiscreteActions(CUES)
+        self.observation_specs = {
+            "photoreceptors": ObservationSpec((1, 1, 3), "receptors"),
+            "design": ObservationSpec((1, 7), "design"),
+            "clock": ObservationSpec((1,), "vector"),
+        }
         self.single_observation_space = gymnasium.spaces.Dict(
             {
                 "photoreceptors": gymnasium.spaces.Box(0, 1, (1, 1, 3), np.float32),

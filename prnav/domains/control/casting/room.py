@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.tracing import KEPT
-from prnav.domains.control.textures import Textures
+from prnav.domains.control.textures import TexturePyramids
 
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
@@ -21,7 +21,7 @@ class Scene(NamedTuple):
 
     shapes: NDArray[np.void]
     lights: NDArray[np.void]
-    textures: Textures
+    textures: TexturePyramids
     sky: int
     near: float
     far: float
@@ -145,7 +145,7 @@ def new_work(scene: Scene) -> Work:
 @njit(nogil=True, error_model="numpy", forceinline=True)
 def borrowed_scene(scene):
     """The same scene of uncounted arrays."""
-    textures = Textures(
+    textures = TexturePyramids(
         borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.levels)
     )
     return Scene(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numba import njit
 
+from prnav.aliases import Untyped
 from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.facing import (
     aim_headlight,
@@ -218,4 +218,4 @@ def _digest() -> str:
     return digest.hexdigest()
 
 
-read_states: Callable[..., Any] = _compiled(_digest())
+read_states: Callable[..., Untyped] = _compiled(_digest())

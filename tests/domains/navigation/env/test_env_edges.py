@@ -40,8 +40,8 @@ def test_actions_that_are_none(envs, actions, match):
     [
         (lambda e: e.set_designs([99], np.zeros((1, 1, 7))), DesignError, "agents hold 99; valid: 0 to 2"),
         (lambda e: e.set_designs([0.5], np.zeros((1, 1, 7))), DesignError, "agents are of type float64"),
-        (lambda e: e.set_designs([0], np.full((1, 1, 7), 1e300)), DesignError, "holds 1e.300; normalised designs"),
-        (lambda e: e.set_designs([0], np.full((1, 1, 7), np.nan)), DesignError, "not finite"),
+        (lambda e: e.set_designs([0], np.full((1, 2, 7), 1e300)), DesignError, "holds 1e.300; normalised designs"),
+        (lambda e: e.set_designs([0], np.full((1, 2, 7), np.nan)), DesignError, "not finite"),
         (lambda e: e.set_designs([0], "abc"), DesignError, "designs are not an array of numbers"),
         (lambda e: e.reset(options={"episodes": [0, 1, 10**6]}), EnvError, "hold 1000000; valid: 0 to"),
         (lambda e: e.reset(options={"episodes": [0, 1]}), EnvError, "are 2; there must be 3"),
