@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from prnav.scene.text_files import decode_name, join_continued, plain_bytes
 _ONE_WORD = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-bm", "-boost", "-imfchan", "-type", "-colorspace")
 _UP_TO_THREE = ("-o", "-s", "-t")
 _OPTION_BEHIND = re.compile(r"\s-(?:s|o|t|mm|bm|boost|clamp|blendu|blendv|cc|texres|imfchan|type)\s", re.IGNORECASE)
-_READ = ("newmtl", "kd", "ke", "map_kd", "map_ke")
+_READ = ("newmtl", "kd", "ke", "map_kd", "map_ke", "map_ka")
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class MtlMaterial:
     emission: NDArray[np.float64] | None = None  #: Ke, (3,)
     diffuse_map: TextureMap | None = None
     emission_map: TextureMap | None = None
-    notes: list[str] = field(default_factory=list)
+    ambient_map: bool = False  #: whether it names a picture for ambient light, which is not read
 
     @property
     def glows(self) -> bool:
@@ -116,10 +116,15 @@ def parse_mtl(data: bytes, library: str) -> tuple[list[MtlMaterial], list[str]]:
                 material.emission = value
             if value is not None and value.max() > 1.0:
                 notes.append(f"{library}: {line!r:.60} of material {material.name!r} is above 1 and is cut off there")
+        elif keyword == "map_ka":
+            material.ambient_map = True
         elif keyword == "map_kd":
             material.diffuse_map = _texture_map(rest, notes, library) or material.diffuse_map
         else:
             material.emission_map = _texture_map(rest, notes, library) or material.emission_map
+    for material in materials:
+        if material.ambient_map and material.map is None:
+            notes.append(f"{library}: material {material.name!r} has map_Ka and no map_Kd, its picture is not read")
     return materials, notes
 
 

@@ -43,6 +43,7 @@ def test_two_splits_and_the_held_out_one_under_another_name(house, tmp_path, cap
     asked = ["--agent", "shortest-path", "--episodes-file", "data", "--split", "val", "--scene", "renamed.obj"]
     assert evaluate([*asked, "--json", "out.json", "--out", "out"]) == 0
     result = json.loads((tmp_path / "out.json").read_text())
+    assert result["split"] == "data-val"
     assert result["episodes"] == 20 and result["measures"]["success"]["mean"] == 1.0
     assert episodes(["check", "data", "--split", "val", "--scene", "renamed.obj"]) == 0
 

@@ -279,6 +279,14 @@ def test_kd(tmp_path):
     assert color == WHITE and "is no colour and is not read" in notes[0]
 
 
+def test_a_picture_for_ambient_light_alone_is_noted(tmp_path):
+    mtl = "newmtl m\nKd 1 0 0\nmap_Ka p.png\n"
+    scene = load(write(tmp_path, a_obj=TEXTURED, a_mtl=mtl, p_png=picture()))
+    assert quarters(scene) == (RED,) * 4
+    assert scene.notes == ("a.mtl: material 'm' has map_Ka and no map_Kd, its picture is not read",)
+    assert load(write(tmp_path, a_obj=TEXTURED, a_mtl=mtl + "map_Kd p.png\n")).notes == ()
+
+
 def test_gazebo_layout_needs_an_explicit_root(tmp_path):
     (tmp_path / "model" / "meshes").mkdir(parents=True)
     (tmp_path / "model" / "materials").mkdir()

@@ -87,6 +87,8 @@ class NavigationEvaluation:
     def name(self, config: NavigationConfig) -> str:
         """Split or file that the episodes come from."""
         name = config.scenes if config.episodes is None else Path(config.episodes).name
+        if config.episodes is not None and config.episode_split not in (None, name):
+            name = f"{name}-{config.episode_split}"  # of a folder that may hold several
         if config.data is not None:
             name = f"{config.data}-{name if config.episodes is not None else config.episode_split or config.scenes}"
         return name.removesuffix(".gz").removesuffix(".json")
