@@ -196,7 +196,8 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
             raise ConfigError(f"config {source}: {key!r} is {told}; at most {most} ({reason})")
     if isinstance(value, str) and len(value) > MAX_TEXT:
         raise ConfigError(f"config {source}: {key!r} is a text of {len(value)} characters; at most {MAX_TEXT}")
-    if isinstance(value, str) and not value.isprintable():
+    plain = value.translate({10: " ", 9: " "}) if isinstance(value, str) and key.endswith("description") else value
+    if isinstance(plain, str) and not plain.isprintable():
         raise ConfigError(f"config {source}: {key!r} is {value!r}; valid: text without control characters")
     return value
 
