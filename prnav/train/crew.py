@@ -110,7 +110,7 @@ class Crew:
 
 
 def _arrays_alone(state: Any) -> Any:
-    """A collector's state without a policy that its environments learn, whose optimiser has parts only once it learnt."""
+    """A collector's state without what its environments learn: an optimiser has parts only once it has stepped."""
     if not isinstance(state, Mapping) or not isinstance(state.get("environments"), Mapping):
         return state
     return {**state, "environments": {key: value for key, value in state["environments"].items() if key != "policy"}}
