@@ -7,8 +7,9 @@ any graphics library. It does register the environments: after it, ``gymnasium.m
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from prnav.aliases import Untyped
 from prnav.errors import PrnavError
 from prnav.version import __version__
 
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     from prnav.sensors import Design, load_design
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> Untyped:
     if name in _LAZY:
         value = getattr(importlib.import_module(_LAZY[name]), name)
         globals()[name] = value

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, Untyped
 from prnav.errors import PrnavError
 
 
-def whole(value: Any, name: str, low: int, high: int, error: type[PrnavError], reason: str = "") -> int:
+def whole(value: Untyped, name: str, low: int, high: int, error: type[PrnavError], reason: str = "") -> int:
     """A whole number from ``low`` to ``high``.
 
     Raises:
@@ -23,7 +22,7 @@ def whole(value: Any, name: str, low: int, high: int, error: type[PrnavError], r
     return int(value)
 
 
-def number(value: Any, name: str, low: float, high: float, error: type[PrnavError]) -> float:
+def number(value: Untyped, name: str, low: float, high: float, error: type[PrnavError]) -> float:
     """A number from ``low`` to ``high``.
 
     Raises:
@@ -53,7 +52,7 @@ def floats(values: ArrayLike, name: str, error: type[PrnavError]) -> NDArray[np.
         raise error(f"{name} are not an array of numbers ({str(problem)[:100]})") from problem
 
 
-def has_fractions(array: NDArray[Any]) -> bool:
+def has_fractions(array: Array) -> bool:
     """Whether an array holds anything but whole numbers, of whatever type they are."""
     if array.size == 0 or array.dtype.kind in "iu":
         return False

@@ -13,15 +13,14 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import Array, Untyped
 from prnav.files import atomic_path
 from prnav.stored_arrays import BROKEN, read_arrays
 
-Arrays = dict[str, NDArray[Any]]
+Arrays = dict[str, Array]
 
 
 def cache_dir() -> Path:
@@ -31,7 +30,7 @@ def cache_dir() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prnav"
 
 
-def hash_arrays(arrays: Mapping[str, NDArray[Any]]) -> str:
+def hash_arrays(arrays: Mapping[str, Array]) -> str:
     """SHA-256 in hex over names, types, shapes and little-endian bytes of arrays, in name order."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
@@ -42,7 +41,7 @@ def hash_arrays(arrays: Mapping[str, NDArray[Any]]) -> str:
     return digest.hexdigest()
 
 
-def cache_key(*parts: Any) -> str:
+def cache_key(*parts: Untyped) -> str:
     """Key from JSON-able parts (strings, numbers, dicts), as hex."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
 

@@ -6,11 +6,11 @@ for a task without knowing what it is made of.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 
 from prnav.contracts import TaskSpec
 from prnav.errors import ConfigError
+from prnav.registry import resolve
 
 TASKS: dict[str, str] = {
     "pointgoal": "prnav.domains.navigation.pointgoal:SPEC",
@@ -53,8 +53,7 @@ def task_spec(name: str) -> TaskSpec:
     """
     if name not in TASKS:
         raise ConfigError(f"task is {name!r}; valid: {', '.join(map(repr, TASKS))}")
-    module, _, attribute = TASKS[name].partition(":")
-    spec: TaskSpec = vars(importlib.import_module(module))[attribute]
+    spec: TaskSpec = resolve(TASKS, name)
     return spec
 
 

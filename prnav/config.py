@@ -19,10 +19,11 @@ import types
 import typing
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import tomli_w
 
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import ConfigError, PrnavError
 from prnav.files import read_regular
 
@@ -88,7 +89,7 @@ def load_config(cls: type[C], path: str | Path, overrides: Iterable[str] = ()) -
     return from_mapping(cls, values, f"{path} with {', '.join(overrides)}" if overrides else str(path))
 
 
-def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
+def apply_overrides(values: JSONObject, overrides: Iterable[str]) -> None:
     """Set ``key.sub=value`` strings in a nested dictionary, in place."""
     for override in overrides:
         key, sign, raw = override.partition("=")
@@ -109,7 +110,7 @@ def apply_overrides(values: dict[str, Any], overrides: Iterable[str]) -> None:
         table[leaf] = value
 
 
-def read_toml(path: str | Path, error: type[PrnavError], where: str) -> dict[str, Any]:
+def read_toml(path: str | Path, error: type[PrnavError], where: str) -> JSONObject:
     """Table of a TOML file.
 
     Args:
@@ -131,7 +132,7 @@ def read_toml(path: str | Path, error: type[PrnavError], where: str) -> dict[str
         raise error(f"{where}: not valid TOML: {problem}") from problem
 
 
-def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: str = "") -> C:
+def from_mapping(cls: type[C], values: Mapping[str, JSON], source: str, prefix: str = "") -> C:
     """Config of class ``cls`` from a nested mapping; ``source`` names its origin in errors."""
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
@@ -157,7 +158,7 @@ def from_mapping(cls: type[C], values: Mapping[str, Any], source: str, prefix: s
         raise ConfigError(f"config {source}: {prefix or 'top level'} lacks keys; of these: {missing}") from error
 
 
-def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
+def _convert(value: Untyped, hint: Untyped, source: str, key: str) -> Untyped:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if dataclasses.is_dataclass(hint):
         if not isinstance(value, Mapping):
@@ -202,9 +203,9 @@ def _convert(value: Any, hint: Any, source: str, key: str) -> Any:
     return value
 
 
-def to_mapping(config: Any) -> dict[str, Any]:
+def to_mapping(config: Untyped) -> JSONObject:
     """Nested dictionary of a config: JSON-able, None left out."""
-    result: dict[str, Any] = {}
+    result: JSONObject = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
         if value is None:
@@ -217,11 +218,11 @@ def to_mapping(config: Any) -> dict[str, Any]:
     return result
 
 
-def to_toml(config: Any) -> str:
+def to_toml(config: Untyped) -> str:
     """TOML text that :func:`load_config` reads back to an equal config."""
     return tomli_w.dumps(to_mapping(config))
 
 
-def config_hash(config: Any) -> str:
+def config_hash(config: Untyped) -> str:
     """First 16 hex digits of the SHA-256 of a config's values."""
     return hashlib.sha256(json.dumps(to_mapping(config), sort_keys=True).encode()).hexdigest()[:16]

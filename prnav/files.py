@@ -7,7 +7,6 @@ import errno
 import hashlib
 import os
 import stat
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -62,25 +61,6 @@ def remove_parts(folder: Path) -> None:
     """Remove what a killed process has left of files in a folder that this process alone writes to."""
     for part in folder.glob(".*.tmp*"):
         part.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def held_folder(folder: Path, error: type[PrnavError], message: str) -> Iterator[None]:
-    """Hold a folder against other processes; the system lets go of it when this one dies, however it does.
-
-    Raises:
-        error: another process holds it; with this message.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    with open(folder / ".lock", "a") as lock:
-        if sys.platform != "win32":
-            import fcntl
-
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as problem:
-                raise error(message) from problem
-        yield
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:

@@ -49,6 +49,20 @@ def from_body_frame(offsets: ArrayLike, yaw: ArrayLike) -> NDArray[np.float64]:
     return to_body_frame(offsets, -np.asarray(yaw, dtype=np.float64))
 
 
+def sensor_axes(
+    yaw: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Right, up and optical axis of sensors, unit vectors (..., 3), in the frame that their angles (...) refer to.
+
+    The rotation is Ry(yaw) Rx(pitch) Rz(roll): positive pitch looks up, positive roll turns the image clockwise (the
+    sensor itself tilts to its left).
+    """
+    cy, sy, cp, sp, cr, sr = (f(angle) for angle in (yaw, pitch, roll) for f in (np.cos, np.sin))
+    right = np.stack([cy * cr + sy * sp * sr, cp * sr, -sy * cr + cy * sp * sr], axis=-1)
+    up = np.stack([-cy * sr + sy * sp * cr, cp * cr, sy * sr + cy * sp * cr], axis=-1)
+    return right, up, np.stack([-sy * cp, sp, -cy * cp], axis=-1)
+
+
 def yaw_to_quaternion(yaw: ArrayLike) -> NDArray[np.float64]:
     """Rotation about y as x, y, z, w, shape (..., 4)."""
     half = 0.5 * np.asarray(yaw, dtype=np.float64)

@@ -10,11 +10,13 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from multiprocessing.reduction import ForkingPickler
-from typing import Any
+
+from prnav.aliases import Untyped
 
 WATCH_SECONDS = 0.5
 """How often a process that :mod:`multiprocessing` did not start looks whether its parent still lives [s]."""
@@ -27,7 +29,7 @@ def deaf_children() -> Iterator[None]:
     The signal is held back meanwhile, and children inherit that from their first instruction on. A Ctrl-C that comes
     in between is delivered to this process when the context ends.
     """
-    if not hasattr(signal, "pthread_sigmask"):
+    if sys.platform == "win32":
         yield
         return
     former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -43,7 +45,7 @@ def become_worker() -> None:
     threading.Thread(target=_end_with_parent, daemon=True, name="prnav-parent").start()
 
 
-def worker_process(context: Any, target: Callable[..., None], *arguments: Any) -> Any:
+def worker_process(context: Untyped, target: Callable[..., None], *arguments: Untyped) -> Untyped:
     """A process of a multiprocessing ``context``, not started, that calls ``target`` as a worker.
 
     It watches its parent before it loads the modules that ``target`` and its arguments need.
@@ -51,7 +53,7 @@ def worker_process(context: Any, target: Callable[..., None], *arguments: Any) -
     return context.Process(target=_begin, args=(_Sealed((target, arguments)),), daemon=True)
 
 
-def end_processes(processes: list[Any]) -> None:
+def end_processes(processes: list[Untyped]) -> None:
     """Terminate what still runs, and wait until all are gone."""
     for process in processes:
         if process.pid is not None:
@@ -67,13 +69,13 @@ def end_processes(processes: list[Any]) -> None:
 class _Sealed:
     """What is unpickled only when it is opened."""
 
-    def __init__(self, content: Any) -> None:
+    def __init__(self, content: Untyped) -> None:
         self.content = content
 
-    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+    def __reduce__(self) -> tuple[Untyped, tuple[bytes]]:
         return _Sealed, (bytes(ForkingPickler.dumps(self.content)),)
 
-    def open(self) -> Any:
+    def open(self) -> Untyped:
         return pickle.loads(self.content)
 
 

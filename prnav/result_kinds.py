@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSONObject
 from prnav.errors import RecordError
 from prnav.schema import ListOf, MapOf, Number, Table, Text, read_json
 
@@ -44,21 +44,21 @@ PLAN_KIND = Table({"kind": Text(), "jobs": ListOf(Table({**_JOB, "seed": Number(
 """``plan.json``: the jobs of a sweep."""
 
 
-def read_judged(path: Path) -> dict[str, Any]:
+def read_judged(path: Path) -> JSONObject:
     """Measures of a specialist.
 
     Raises:
         RecordError: the file is broken.
     """
-    told: dict[str, Any] = read_json(path, JUDGED, RecordError, "delete it, and give the command again")
+    told: JSONObject = read_json(path, JUDGED, RecordError, "delete it, and give the command again")
     return told
 
 
-def read_start(path: Path) -> dict[str, Any]:
+def read_start(path: Path) -> JSONObject:
     """What a start of a search came to.
 
     Raises:
         RecordError: the file is missing or broken.
     """
-    told: dict[str, Any] = read_json(path, START, RecordError, "delete it, and give the command again")
+    told: JSONObject = read_json(path, START, RecordError, "delete it, and give the command again")
     return told

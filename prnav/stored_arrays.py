@@ -13,13 +13,14 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
-from numpy.typing import NDArray
 
-Arrays = dict[str, NDArray[Any]]
+from prnav.aliases import Array, Untyped
+
+Arrays = dict[str, Array]
 
 FREE_BYTES, RATIO = 64 << 20, 100
 """An archive may unpack to 64 MB, and to a hundred times its size where that is more."""
@@ -51,7 +52,7 @@ class Like:
     ndim: int
     finite: bool = True
 
-    def check(self, name: str, array: NDArray[Any]) -> None:
+    def check(self, name: str, array: Array) -> None:
         """Raise a ``ValueError`` for an array that is of another kind."""
         if array.dtype.kind not in self.kinds or array.ndim != self.ndim:
             raise ValueError(
@@ -90,7 +91,7 @@ def read_arrays(path: str | Path, need: Mapping[str, Like] | None = None, limite
     return result
 
 
-def check_lengths(**groups: tuple[int, Mapping[str, NDArray[Any]]]) -> None:
+def check_lengths(**groups: tuple[int, Mapping[str, Array]]) -> None:
     """Hold arrays to the lengths that others say they have: per group the rows, and the arrays by name.
 
     Raises:
@@ -102,7 +103,7 @@ def check_lengths(**groups: tuple[int, Mapping[str, NDArray[Any]]]) -> None:
                 raise ValueError(f"{name!r} has {len(array)} rows where there are {rows} {group}")
 
 
-def _read(member: Any, name: str, size: int) -> NDArray[Any]:
+def _read(member: Untyped, name: str, size: int) -> Array:
     stream: BinaryIO = member
     version = npy.read_magic(stream)
     if version == (1, 0):

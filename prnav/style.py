@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -18,6 +17,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from prnav.aliases import Untyped
 from prnav.files import atomic_path
 
 INK, MUTED, FAINT, PAPER = "#1f2933", "#66727f", "#d5dae0", "#ffffff"
@@ -28,7 +28,7 @@ SERIES = ("#1769aa", "#e07a1f", "#1a8a4a", "#8e44ad", "#b4472e", "#4b5563", "#0f
 TIME = LinearSegmentedColormap.from_list("time", ["#27187e", "#2a6fdb", "#16a5b8", "#5fc98a"])
 """Colour map of time along a trajectory, dark to light; without red, which is for collisions."""
 
-_DEFAULTS: Any = {
+_DEFAULTS: Untyped = {
     "font.family": "DejaVu Sans",
     "font.size": 10,
     "axes.edgecolor": FAINT,

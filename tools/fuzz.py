@@ -1,10 +1,12 @@
-"""Throw broken files at the readers: `python tools/fuzz.py navmesh|episodes [--minutes 10] [--seed 0] [FILE ...]`.
+"""Throw broken files at the readers: `python tools/fuzz.py KIND [--minutes 10] [--seed 0] [FILE ...]`.
+
+KIND is navmesh, episodes, obj, mtl, ply or gltf, or meshes for the last four by turns.
 
 Each round takes a sound file (a few small ones are built in, others may be named), damages it in one to four ways and
 reads it. A `.navmesh` that is accepted is asked for moves, distances and a map, and written again; episodes that are
-accepted are held in columns and written again. Allowed are success and prnav's own errors of one line; anything else,
-a round that takes longer than --limit seconds, and more memory than --memory MB end the run with a report, and the
-file that did it stays in --keep.
+accepted are held in columns and written again. Meshes are made by grammars (`fuzz_meshes.py`), and one in five is
+damaged besides. Allowed are success and prnav's own errors of one line; anything else, a round that takes longer than
+--limit seconds, and more memory than --memory MB end the run with a report, and the file that did it stays in --keep.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import fuzz_meshes
 import numpy as np
 
 from prnav.episodes import EpisodeTable, load_episodes, save_episodes
@@ -199,7 +202,7 @@ def episodes_input(seed: bytes, draw: random.Random) -> bytes:
 def main() -> int:
     """Fuzz one reader for some minutes; 0 if nothing was found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("reader", choices=("navmesh", "episodes"))
+    parser.add_argument("reader", choices=("navmesh", "episodes", *fuzz_meshes.KINDS, "meshes"))
     parser.add_argument("files", nargs="*", type=Path, help="more sound files to damage")
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--rounds", type=int, help="stop after so many files instead")
@@ -208,31 +211,60 @@ def main() -> int:
     parser.add_argument("--memory", type=int, default=2000, help="MB of peak memory")
     parser.add_argument("--keep", type=Path, default=Path("fuzz-finding"), help="where the file of a finding goes")
     options = parser.parse_intermixed_args()
+    if options.reader == "meshes" or options.reader in fuzz_meshes.KINDS:
+        return run_rounds(options, *mesh_rounds(options.reader))
     seeds = navmesh_seeds() if options.reader == "navmesh" else episode_seeds()
     for file in options.files:
         data = file.read_bytes()
         seeds.append(gzip.decompress(data) if data.startswith(b"\x1f\x8b") else data)
-    make: Callable[[bytes, random.Random], bytes] = damage if options.reader == "navmesh" else episodes_input
+    damaged: Callable[[bytes, random.Random], bytes] = damage if options.reader == "navmesh" else episodes_input
     read = read_navmesh if options.reader == "navmesh" else read_episodes
-    outcomes: collections.Counter[str] = collections.Counter()
-    end, slowest, rounds = time.monotonic() + 60.0 * options.minutes, 0.0, 0
+    name = "fuzz.navmesh" if options.reader == "navmesh" else "fuzz.json"
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / ("fuzz.navmesh" if options.reader == "navmesh" else "fuzz.json")
         for seed in seeds:  # sound files pass, and everything is compiled
-            read(path, seed)
+            read(Path(folder) / name, seed)
+    return run_rounds(
+        options, lambda draw: damaged(draw.choice(seeds), draw), lambda folder, data: read(folder / name, data)
+    )
+
+
+Make = Callable[[random.Random], Any]
+Read = Callable[[Path, Any], str]
+
+
+def mesh_rounds(reader: str) -> tuple[Make, Read]:
+    """How meshes of a kind are made and read; each comes with its kind."""
+    kinds = fuzz_meshes.KINDS if reader == "meshes" else (reader,)
+
+    def make(draw: random.Random) -> tuple[str, bytes]:
+        kind = draw.choice(kinds)
+        if kind == "gltf":
+            data = fuzz_meshes.make_gltf(draw, distort)
+        else:
+            data = {"obj": fuzz_meshes.make_obj, "mtl": fuzz_meshes.make_mtl, "ply": fuzz_meshes.make_ply}[kind](draw)
+        return kind, damage(data, draw) if draw.random() < 0.2 else data
+
+    return make, lambda folder, made: fuzz_meshes.read_mesh(folder / "fuzz.x", made[1], made[0])
+
+
+def run_rounds(options: argparse.Namespace, make: Make, read: Read) -> int:
+    """Make and read files until time or rounds are over; 0 if nothing was found."""
+    outcomes: collections.Counter[str] = collections.Counter()
+    end, slowest, rounds, peak = time.monotonic() + 60.0 * options.minutes, 0.0, 0, 0.0
+    with tempfile.TemporaryDirectory() as folder:
         while time.monotonic() < end if options.rounds is None else rounds < options.rounds:
             draw = random.Random(f"{options.seed}/{rounds}")
-            data = make(draw.choice(seeds), draw)
-            options.keep.write_bytes(data)
+            made = make(draw)
+            options.keep.write_bytes(made if isinstance(made, bytes) else made[1])
             faulthandler.dump_traceback_later(options.limit, exit=True)
             start = time.perf_counter()
             try:
-                outcome = read(path, data)
+                outcome = read(Path(folder), made)
             except PrnavError as error:
                 outcome = type(error).__name__
                 assert str(error) and "\n" not in str(error), f"an error of several lines: {error!r}"
             faulthandler.cancel_dump_traceback_later()
-            slowest = max(slowest, time.perf_counter() - start)
+            slowest = max(slowest, time.perf_counter() - start) if rounds > 50 else 0.0  # once all is compiled
             outcomes[outcome] += 1
             rounds += 1
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -19,7 +19,6 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import networkx
 import numpy as np
@@ -27,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from prnav.aliases import Untyped
 from prnav.bench.table import Row, rate, row
 from prnav.episodes import generate_table
 from prnav.episodes.files import write_episode_stream
@@ -209,7 +209,7 @@ class _PortalGraphs:
     def __init__(self, navmesh: NavMesh) -> None:
         self.navmesh = navmesh
         self.graph = _links(navmesh)
-        self.networkx: Any = networkx.Graph()
+        self.networkx: Untyped = networkx.Graph()
         self.networkx.add_nodes_from(range(len(self.graph.nodes)))
         self.networkx.add_weighted_edges_from(self.graph.links)
         i, j, w = (np.array(column) for column in zip(*self.graph.links, strict=True))

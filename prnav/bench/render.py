@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import time
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import Untyped
 from prnav.bench.table import Row, rate, row
 from prnav.bench.views import Poses, real_scene, two_sensors, walking_poses
 from prnav.errors import RenderError
@@ -114,7 +114,7 @@ def _device_rate(renderer: Renderer, poses: Poses, grid: int, seconds: float) ->
 
 
 def _device_label(renderer: Renderer) -> str:
-    device: Any = renderer._engine.device  # type: ignore[attr-defined]
+    device: Untyped = renderer._engine.device  # type: ignore[attr-defined]
     return str(device.name)
 
 

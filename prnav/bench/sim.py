@@ -5,10 +5,10 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import JSONObject
 from prnav.domains.navigation.env import EpisodeSource, load_source
 from prnav.domains.navigation.pointgoal import PointGoalEnvConfig, PointGoalNavVectorEnv
 from prnav.episodes import generate_table
@@ -23,7 +23,7 @@ EPISODES = 512  #: drawn in a scene of one's own
 WALK = (1, 1, 1, 2, 3)  #: actions of the benchmark's agents, drawn with equal chance
 
 
-def measure_sim(seconds: float = 2.0, scenes: int = 8, scene: SceneMesh | None = None) -> list[dict[str, Any]]:
+def measure_sim(seconds: float = 2.0, scenes: int = 8, scene: SceneMesh | None = None) -> list[JSONObject]:
     """Rows of ``name metric value unit device version``.
 
     Speeds count CPU time of this process, not wall-clock time, so that other work on the machine matters less.
@@ -51,7 +51,7 @@ def _source_of(scene: SceneMesh) -> EpisodeSource:
     return EpisodeSource(world, generate_table(navmesh, scene.name, EPISODES, 0, floors=indoor_floors(navmesh, scene)))
 
 
-def _row(metric: str, value: float, unit: str) -> dict[str, Any]:
+def _row(metric: str, value: float, unit: str) -> JSONObject:
     device = f"{platform.machine()} {platform.system()}, 1 core"
     return {
         "name": "sim",

@@ -11,13 +11,13 @@ import inspect
 import platform
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import prnav
+from prnav.aliases import JSONObject
 from prnav.errors import ConfigError
 from prnav.scene import SceneMesh
 
-Row = dict[str, Any]
+Row = JSONObject
 """``name``, ``metric``, ``value``, ``unit``, ``device``, ``version``."""
 
 BENCHMARKS: dict[str, tuple[str, str]] = {
@@ -57,7 +57,7 @@ def measure(
     if name not in available():
         raise ConfigError(f"benchmark {name!r} is not known; valid: {', '.join(available())}")
     function = getattr(importlib.import_module(BENCHMARKS[name][0]), f"measure_{name}")
-    options: dict[str, Any] = {} if seconds is None else {"seconds": seconds}
+    options: JSONObject = {} if seconds is None else {"seconds": seconds}
     if device is not None:
         if "device" not in inspect.signature(function).parameters:
             raise ConfigError(f"benchmark {name!r} runs on the CPU; leave --device out")

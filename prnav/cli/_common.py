@@ -18,10 +18,11 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from rich.console import Console
 
+from prnav.aliases import Untyped
 from prnav.errors import ConfigError, PrnavError, SceneNote
 
 Main = Callable[[Sequence[str] | None], int | None]
@@ -55,11 +56,11 @@ def command(main: Main) -> Callable[..., int]:
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
-    def __init__(self, *arguments: Any, **options: Any) -> None:
+    def __init__(self, *arguments: Untyped, **options: Untyped) -> None:
         super().__init__(*arguments, **options)
         self.add_argument(DEBUG, action="store_true", help="show where an error comes from")
 
-    def print_help(self, file: Any = None) -> None:
+    def print_help(self, file: Untyped = None) -> None:
         """Print help; where that cannot be, :func:`command` says so."""
         (file or sys.stdout).write(self.format_help())
 
@@ -71,7 +72,7 @@ class Parser(argparse.ArgumentParser):
 class Screen(Console):
     """A console that prints text as it is, on which a closed pipe is an ordinary :class:`BrokenPipeError`."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: Untyped) -> None:
         super().__init__(**{"markup": False, "emoji": False, "highlight": False, **options})
 
     def on_broken_pipe(self) -> None:
@@ -126,7 +127,9 @@ def whole_number(low: int, high: int, reason: str = "") -> Callable[[str], int]:
     return read
 
 
-def _show_warning(name: str, show: Callable[..., None], message: Any, category: type[Warning], *place: Any) -> None:
+def _show_warning(
+    name: str, show: Callable[..., None], message: Untyped, category: type[Warning], *place: Untyped
+) -> None:
     """Print a note on a scene as one line, once, and anything else as Python does."""
     if not issubclass(category, SceneNote):
         show(message, category, *place)
@@ -254,7 +257,7 @@ def _forget_output() -> None:
         os.close(nowhere)
 
 
-def _unraisable(unraisable: Any) -> None:
+def _unraisable(unraisable: Untyped) -> None:
     """A Ctrl-C that came while Python could not raise it comes again; all else is told as usual."""
     if unraisable.exc_type is KeyboardInterrupt:
         signal.raise_signal(signal.SIGINT)

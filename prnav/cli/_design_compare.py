@@ -6,10 +6,10 @@ import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rich.table import Table
 
+from prnav.aliases import JSONObject
 from prnav.cli._common import Screen
 from prnav.errors import ConfigError
 from prnav.evaluate.intervals import Interval
@@ -34,7 +34,7 @@ def compare(options: argparse.Namespace) -> None:
     else:
         result = ANALYSES[kind](rows, options.measure)
     console = Screen()
-    told: dict[str, Any] = {"kind": kind, "measure": options.measure}
+    told: JSONObject = {"kind": kind, "measure": options.measure}
     if isinstance(result, Gains):
         entries = [(f"initial {s}", i) for s, i in zip(result.starts, result.initial, strict=True)]
         entries += [(f"optimised {s}", i) for s, i in zip(result.starts, result.optimised, strict=True)]

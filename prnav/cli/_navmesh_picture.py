@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.domains.navigation.maps import floor_heights
 from prnav.files import atomic_path
 from prnav.navmesh import GoalFields, NavMesh, NavMeshSet
@@ -75,7 +75,7 @@ def _storey(heights: NDArray[np.float64], storeys: NDArray[np.float64]) -> NDArr
     return np.abs(heights[:, None] - storeys).argmin(axis=1)
 
 
-def _draw_islands(ax: Any, navmesh: NavMesh, storeys: NDArray[np.float64], number: int) -> None:
+def _draw_islands(ax: Untyped, navmesh: NavMesh, storeys: NDArray[np.float64], number: int) -> None:
     """Triangles coloured by island, lower ones first, with the edges of their polygons."""
     from matplotlib import colormaps
     from matplotlib.collections import LineCollection, PolyCollection
@@ -107,8 +107,8 @@ def _draw_islands(ax: Any, navmesh: NavMesh, storeys: NDArray[np.float64], numbe
 
 
 def _draw_field(
-    ax: Any, navmesh: NavMesh, fields: GoalFields, storeys: NDArray[np.float64], number: int, furthest: float
-) -> Any:
+    ax: Untyped, navmesh: NavMesh, fields: GoalFields, storeys: NDArray[np.float64], number: int, furthest: float
+) -> Untyped:
     """Distances of a storey's cells as a picture with lines of equal distance; white where there is no way."""
     low, high = navmesh.bounds
     size = max(0.03, float(max(high[0] - low[0], high[2] - low[2])) / CELLS)
@@ -134,7 +134,7 @@ def _draw_field(
 
 
 def _draw_way(
-    ax: Any, way: NDArray[np.float64], goal: NDArray[np.float64], storeys: NDArray[np.float64], number: int
+    ax: Untyped, way: NDArray[np.float64], goal: NDArray[np.float64], storeys: NDArray[np.float64], number: int
 ) -> None:
     """The part of a path on a storey, with its turning points, its start and the goal."""
     for a, b in zip(way[:-1], way[1:], strict=True):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 from rich.console import Console
 from rich.progress import Progress, ProgressColumn, TaskID
+
+from prnav.aliases import Untyped
 
 LINE_SECONDS = 10.0
 """How often a line is printed where there is no terminal to redraw."""
@@ -20,7 +21,7 @@ class LineProgress(Progress):
         self._lines = not console.is_terminal
         self._printed = time.monotonic()
 
-    def update(self, task_id: TaskID, **changes: Any) -> None:
+    def update(self, task_id: TaskID, **changes: Untyped) -> None:
         """As rich's; where there is no terminal, a line if the last one was a while ago."""
         super().update(task_id, **changes)
         self._print_line(task_id)

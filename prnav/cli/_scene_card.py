@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.cli._scene_views import contact_sheet, views
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def write_sheet(path: Path, size: int) -> None:
         picture.save(temporary, format="PNG", optimize=True)
 
 
-def measure_homes(names: list[str], progress: Any = None) -> list[HomeRow]:
+def measure_homes(names: list[str], progress: Untyped = None) -> list[HomeRow]:
     """Figures of homes by id; ``progress`` wraps the ids."""
     from prnav.navmesh import load_navmesh
     from prnav.scene import load_scene
@@ -145,7 +146,7 @@ def _draw(figure: Figure, rows: list[HomeRow], tables: dict[str, EpisodeTable], 
     )
     axes[0, 1].set(xlabel="rooms", ylabel="homes")
     for k, (split, table) in enumerate(tables.items()):
-        kind: dict[str, Any] = {"density": True, "histtype": "step", "color": colors[k], "label": split}
+        kind: JSONObject = {"density": True, "histtype": "step", "color": colors[k], "label": split}
         axes[1, 0].hist(table.geodesic_distance, np.arange(0, 31, 1.5), **kind)
         axes[1, 1].hist(np.minimum(_ratio(table), 4.0), np.arange(1.0, 4.01, 0.1), **kind)
     axes[1, 0].set(xlabel="geodesic distance [m]", ylabel="density of episodes")

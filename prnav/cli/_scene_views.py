@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.scene import SceneMesh
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def floor_map(navmesh: NavMesh, level: float, size: int) -> NDArray[np.uint8]:
     return picture
 
 
-def contact_sheet(cells: Sequence[NDArray[Any]], gap: int = 4) -> NDArray[np.uint8]:
+def contact_sheet(cells: Sequence[Array], gap: int = 4) -> NDArray[np.uint8]:
     """Pictures of one size side by side in a grid that is wider than tall."""
     columns = math.ceil(math.sqrt(len(cells) * 4 / 3))
     rows = math.ceil(len(cells) / columns)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
-    from prnav.train import TrainConfig
+    from prnav.train import MetricsRow, TrainConfig
     from prnav.train.validation import Validation
 
-Show = Callable[[dict[str, Any]], None]
+Show = Callable[["MetricsRow"], None]
 
 
 def load_validation(config: TrainConfig) -> Validation:
@@ -40,11 +40,12 @@ def with_wandb(show: Show, project: str, config: TrainConfig) -> Show:
         raise ConfigError("--wandb needs the package wandb; pip install wandb, or leave the option out") from error
     run = wandb.init(project=project, name=config.name, config=to_mapping(config))
 
-    def send(row: dict[str, Any]) -> None:
+    def send(row: MetricsRow) -> None:
         show(row)
-        groups = ("measures", "losses", "times", "validation")
+        groups = {"measures": row["measures"], "losses": row["losses"], "times": row["times"]}
+        groups["validation"] = row.get("validation", {})
         run.log(
-            {f"{group}/{name}": value for group in groups for name, value in row.get(group, {}).items()},
+            {f"{group}/{name}": value for group, values in groups.items() for name, value in values.items()},
             step=row["step"],
         )
 

@@ -15,16 +15,16 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from prnav.cli._common import Parser, Screen, command, natural, pixels, whole_number, workers
+from prnav.cli._helpers import Helpers
+from prnav.contracts.measures import BY_KEY
 from prnav.errors import ConfigError, DesignError
 from prnav.files import check_writable, write_text
-from prnav.processes import deaf_children
 
 if TYPE_CHECKING:
     from prnav.design.config import OptimizeConfig
     from prnav.sensors import Design
 
 SWEEPS = ("spread", "gain", "axes", "interpolation", "dropout", "transfer", "cameras")
-MEASURES = ("spl", "soft_spl", "soft_spl_closest", "success", "reward")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -32,8 +32,9 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(
         prog="prnav-design",
         description="Sensor designs: the library, pictures of them, and searches for better ones.",
-        epilog="Searches and sweeps are interrupted by Ctrl-C and go on when the same command is given again.",
+        epilog="Searches and sweeps are interrupted by Ctrl-C and resume when the same command is given again.",
     )
+    p.set_defaults(settings=None)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     listing = commands.add_parser("list", help="the designs that travel with the package")
     listing.set_defaults(run=_list)
@@ -92,7 +93,7 @@ def parser() -> argparse.ArgumentParser:
     compare.add_argument(
         "--kind", choices=("designs", *SWEEPS, "proxy", "methods"), help="the figure (default: the folder's own)"
     )
-    compare.add_argument("--measure", choices=MEASURES, default="spl", help="what is compared (default: spl)")
+    compare.add_argument("--measure", choices=tuple(BY_KEY), default="spl", help="what is compared (default: spl)")
     compare.add_argument("--scores", metavar="FILE", help="what evaluate --proxy --json wrote, for --kind proxy")
     compare.add_argument("--out", metavar="PNG", help="figure to write (default: KIND.png in the first folder)")
     compare.add_argument("--json", metavar="FILE", help="also write means and intervals as JSON")
@@ -113,9 +114,9 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     words = list(sys.argv[1:] if argv is None else argv)
     settings = [word for word in words if "=" in word and not word.startswith("-")]
     options = parser().parse_args([word for word in words if word not in settings])
-    if settings and not hasattr(options, "settings"):
+    if settings and options.settings is None:
         raise ConfigError(f"{settings[0]!r}: prnav-design {options.command} has no settings to change")
-    if hasattr(options, "settings"):
+    if options.settings is not None:
         options.settings = settings
     return options
 
@@ -157,27 +158,34 @@ def _plans(p: argparse.ArgumentParser) -> None:
 
 
 def _list(options: argparse.Namespace) -> None:
-    from prnav.sensors import library_designs, load_design
+    from prnav.sensors import design_summaries
 
     table = Table()
-    for column in ("design", "sensors", "grid"):
-        table.add_column(column, justify="left" if column == "design" else "right", no_wrap=True)
+    for column in ("design", "for", "sensors", "grid"):
+        table.add_column(column, justify="left" if column in ("design", "for") else "right", no_wrap=True)
     table.add_column("idea", overflow="fold")
-    for name in library_designs():
-        design = load_design(name)
-        table.add_row(name, str(design.num_sensors), f"{design.grid} x {design.grid}", design.description)
+    for name, model, sensors, grid, description in sorted(design_summaries(), key=lambda d: (d.model, d.name)):
+        table.add_row(name, model or "navigation", str(sensors), f"{grid} x {grid}", description)
     Screen().print(table)
 
 
 def _show(options: argparse.Namespace) -> None:
-    from prnav.report.designs import draw_design, see, telling_pose
-    from prnav.sensors import load_design
+    from prnav.report.designs import draw_design
+    from prnav.sensors import design_model, load_design
     from prnav.style import save_png
 
-    design = load_design(options.design)
     check_writable(options.out)
+    if model := design_model(options.design):
+        from prnav.domains.control.drawing import draw_standing
+
+        figure, design = draw_standing(options.design, model)
+        print(f"{design.name}: {textwrap.shorten(design.description, 200)}")
+        print(f"picture  {save_png(figure, options.out)}")
+        return
+    design = load_design(options.design)
     sight, place = None, ""
     if not options.body_only:
+        from prnav.domains.navigation.pictures.design_sight import see, telling_pose
         from prnav.navmesh import load_navmesh
         from prnav.render import Renderer
         from prnav.scene import load_scene
@@ -213,11 +221,10 @@ def _optimize(options: argparse.Namespace) -> None:
         if options.join:
             optimizer.help()
             return
-        helpers = _helpers(options, "optimize", folder)
-        try:
+        with _helpers(options, "optimize", folder) as helpers:
             best = optimizer.run()
-        finally:
-            _end(helpers)
+        for line in helpers.told():
+            board.warn(line)
     _print_optimized(config, folder, best)
 
 
@@ -287,22 +294,20 @@ def _sweep(options: argparse.Namespace) -> None:
             _submit(options.slurm, folder)
             return
     with _Board() as board:
-        helpers = [] if options.join else _helpers(options, "sweep", folder)
-        try:
+        with _helpers(options, "sweep", folder) as helpers:
             done = sweep.work(
                 folder, lambda at, of, text: board.say("specialists", at, of, text), board.loading, board.warn
             )
-            for helper in helpers:
-                helper.wait()
-        finally:
-            _end(helpers)
+            helpers.wait()
+        for line in helpers.told():
+            board.warn(line)
     rows = sweep.collect(folder)
     _, jobs = sweep.read_plan(folder)
     print(f"specialists  {len(rows)} of {len(jobs)} done in {folder}")
     if len(rows) == len(jobs) and not options.join:
         print(f"compare  prnav-design compare {folder}")
     elif not options.join:
-        print(f"the others are in hand elsewhere; give the command again when they are through ({done} done)")
+        print(f"the others are held by other workers; give the command again when these have finished ({done} done)")
 
 
 def _configs(options: argparse.Namespace) -> dict[str, OptimizeConfig]:
@@ -350,30 +355,15 @@ def _compare(options: argparse.Namespace) -> None:
     compare(options)
 
 
-def _helpers(options: argparse.Namespace, name: str, folder: Path) -> list[subprocess.Popen[bytes]]:
-    """The other workers of this machine: this command again, told to take part."""
-    begin = "from prnav.processes import become_worker; become_worker(); from prnav.cli.design import main; main()"
-    words = [sys.executable, "-c", begin, name]
+def _helpers(options: argparse.Namespace, name: str, folder: Path) -> Helpers:
+    """The other workers of this machine."""
+    words = [name]
     if name == "optimize":
         words += ["--config", str(folder / "config.toml")]
         words += ["--storage", options.storage] if options.storage else []
     else:
         words.append(options.kind if options.kind != "designs" else "spread")
-    with deaf_children():
-        return [
-            subprocess.Popen(
-                [*words, "--out", str(folder), "--join", str(i)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
-            for i in range(1, options.workers)
-        ]
-
-
-def _end(helpers: list[subprocess.Popen[bytes]]) -> None:
-    for helper in helpers:
-        if helper.poll() is None:
-            helper.terminate()
-    for helper in helpers:
-        helper.wait()
+    return Helpers(words, folder, 0 if options.join else options.workers - 1)
 
 
 def _submit(count: int, folder: Path) -> None:

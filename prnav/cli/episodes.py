@@ -6,11 +6,12 @@ import argparse
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.cli._common import Parser, Screen, add_data_options, check_data_options, command, natural, positive, workers
 from prnav.cli._progress import LineProgress
 from prnav.errors import EpisodeError, SceneError
@@ -191,7 +192,7 @@ def _builtin(options: argparse.Namespace) -> int:
         with _progress() as bars:
             task = bars.add_task(split, total=None)
 
-            def show(done: int, count: int, name: str, bars: Progress = bars, task: Any = task) -> None:
+            def show(done: int, count: int, name: str, bars: Progress = bars, task: Untyped = task) -> None:
                 bars.update(task, description=name, completed=done, total=count)
 
             dataset = make_builtin_episodes(split, show)
@@ -200,7 +201,7 @@ def _builtin(options: argparse.Namespace) -> int:
     return 0
 
 
-def _load(options: argparse.Namespace) -> tuple[EpisodeTable, dict[str, Any], str]:
+def _load(options: argparse.Namespace) -> tuple[EpisodeTable, JSONObject, str]:
     from prnav.episodes import load_builtin_table, load_episode_table
 
     if options.path == "builtin":
@@ -238,9 +239,7 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if problems else 0
 
 
-def _open_navmesh(
-    scene_id: str, header: dict[str, Any], source: str, options: argparse.Namespace, only: bool
-) -> NavMesh:
+def _open_navmesh(scene_id: str, header: JSONObject, source: str, options: argparse.Namespace, only: bool) -> NavMesh:
     """Navmesh of the scene that episodes name (``only`` this one), after the scene was held against the header."""
     from prnav.episodes import check_scenes, up_axis
     from prnav.navmesh import NavMeshSettings, load_navmesh, scene_navmesh
@@ -287,6 +286,6 @@ def _count(number: int, word: str) -> str:
     return f"{number:,} {word}{'s' * (number != 1)}"
 
 
-def _spread(values: np.ndarray[Any, Any]) -> str:
+def _spread(values: np.ndarray[Untyped, Untyped]) -> str:
     low, quarter, middle, three, high = np.percentile(values, [0, 25, 50, 75, 100])
     return f"{low:.2f} to {high:.2f}, quartiles {quarter:.2f} {middle:.2f} {three:.2f}, mean {values.mean():.2f}"

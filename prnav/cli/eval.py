@@ -55,9 +55,9 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(
         prog="prnav-eval",
         description="Evaluate agents on episodes, each played once, and report means with 95 % bootstrap intervals.",
-        epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation goes "
-        "on when the same command is given again. Several agents on the same episodes are compared with the first, "
-        "paired by episode.",
+        epilog="Records go to RUN/eval/NAME (RUN is runs/AGENT for a reference agent). An interrupted evaluation "
+        "resumes when the same command is given again. Several agents on the same episodes are compared with the "
+        "first, paired by episode.",
     )
     who = p.add_argument_group("agents (one at least, each repeatable)")
     who.add_argument(
@@ -132,7 +132,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.verify is not None:
         return _verify(options)
     if not options.run and not options.agent:
-        raise ConfigError("nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)")
+        raise ConfigError("no agent given; give --run DIR or --agent NAME (or --verify FILE)")
     if options.json:
         check_writable(options.json)
     screen = Screen(stderr=True)
@@ -299,7 +299,7 @@ def _directory(entry: Entry, options: argparse.Namespace, name: str, several: bo
 def _device(name: str) -> str:
     if name == "cpu":
         return name
-    from prnav.train.trainer import choose_device
+    from prnav.train.machine import choose_device
 
     if name not in ("auto", "cuda"):
         raise ConfigError(f"--device {name!r} is not known; valid: cpu, cuda, auto")

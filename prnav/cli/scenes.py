@@ -6,8 +6,9 @@ import argparse
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from prnav.aliases import JSONObject
 from prnav.cli._common import (
     Parser,
     Screen,
@@ -31,11 +32,10 @@ if TYPE_CHECKING:
 _SPLITS = ("train", "val", "test")
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command."""
-    parser = Parser(prog="prnav-scenes", description="Built-in homes and mesh files.")
-    commands = parser.add_subparsers(dest="command", required=True)
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    p = Parser(prog="prnav-scenes", description="Built-in homes and mesh files.")
+    commands = p.add_subparsers(dest="command", required=True)
 
     sub = commands.add_parser("list", help="ids of the built-in homes, or of a data set's scenes")
     sub.add_argument("--split", help="train, val or test; with --data a split folder of the set (hm3d)")
@@ -43,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     sub.set_defaults(run=_list)
 
     sub = commands.add_parser("generate", help="make the built-in homes, keep them in the cache and check their hashes")
-    sub.add_argument("--split", choices=_SPLITS)
+    sub.add_argument("--split", choices=_SPLITS, help="homes of one split (default: all)")
     sub.add_argument("--workers", type=whole_number(0, 1024), default=0, help="processes (default: one per core)")
     sub.add_argument("--manifest", type=Path, help="write the homes' hashes to this file instead of checking them")
     sub.set_defaults(run=_generate)
@@ -69,7 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     sub = commands.add_parser("card", help="pictures and tables of the built-in homes' data card")
     sub.add_argument("--out", type=Path, required=True, help="folder to write the pictures to")
-    sub.add_argument("--split", choices=_SPLITS, help="default: all")
+    sub.add_argument("--split", choices=_SPLITS, help="homes of one split (default: all)")
     sub.add_argument("--size", type=pixels, default=320, help="pixels of each picture on the sheet (default: 320)")
     sub.set_defaults(run=_card)
 
@@ -94,8 +94,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     sub.add_argument("--workers", metavar="N", type=workers, default=1, help="files at once (default: 1)")
     sub.set_defaults(run=_check)
+    return p
 
-    arguments = parser.parse_args(argv)
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command."""
+    arguments = parser().parse_args(argv)
     status: int | None = arguments.run(arguments)
     return status or 0
 
@@ -252,7 +257,7 @@ def _info(arguments: argparse.Namespace) -> None:
     for note in notes:
         print(f"note       {note}")
     _info_plan(arguments.scene)
-    facts: dict[str, Any] = {
+    facts: JSONObject = {
         "name": scene.name,
         "sha256": scene.hash,
         "triangles": len(scene.faces),
@@ -279,7 +284,7 @@ def _info(arguments: argparse.Namespace) -> None:
         print(f"islands    {', '.join(f'{area:.1f}' for area in areas[:8])}{' ...' if len(areas) > 8 else ''} m2")
 
 
-def _write_json(path: Path | None, facts: dict[str, Any]) -> None:
+def _write_json(path: Path | None, facts: JSONObject) -> None:
     import json
 
     from prnav.files import write_text

@@ -1,4 +1,4 @@
-"""``prnav-train``: train an agent, watch it, stop and go on."""
+"""``prnav-train``: train an agent, watch it, stop and resume."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -29,12 +29,12 @@ from prnav.errors import ConfigError
 
 if TYPE_CHECKING:
     from prnav.contracts import BatchEnv, World
-    from prnav.train import RunFolder, TrainConfig
+    from prnav.train import MetricsRow, RunFolder, TrainConfig
 
 LINE_SECONDS = 15.0
 """How often a line is printed where there is no terminal to redraw."""
 
-Show = Callable[[dict[str, Any]], None]
+Show = Callable[["MetricsRow"], None]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(
         prog="prnav-train",
         description="Train a navigation agent; evaluate it with prnav-eval --run DIR.",
-        epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume goes on from it to the same bits.",
+        epilog="Ctrl-C, SIGTERM and SIGUSR1 save a checkpoint and end; --resume continues from it, bit for bit.",
     )
     p.add_argument("task", choices=tuple(TASKS), help="what the agent learns")
     p.add_argument("settings", nargs="*", metavar="key=value", help="any config key: ppo.learning_rate=1e-4")
@@ -61,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--wandb", metavar="PROJECT", help="also send metrics to Weights & Biases (pip install wandb)")
     where = p.add_argument_group("run directory")
     where.add_argument("--run", metavar="DIR", help="folder of the run (default: runs/NAME)")
-    where.add_argument("--resume", action="store_true", help="go on with the run in that folder, if there is one")
+    where.add_argument("--resume", action="store_true", help="resume the run in that folder, if there is one")
     data = p.add_argument_group("data")
     data.add_argument("--episodes-file", metavar="PATH", help="Habitat PointNav episodes: a file, or a folder")
     data.add_argument("--split", metavar="NAME", help="split to take from a folder of episodes")
@@ -119,7 +119,7 @@ def check_folder(folder: RunFolder, config: TrainConfig, resume: bool) -> None:
         return
     if not resume:
         raise ConfigError(
-            f"run {folder.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+            f"run {folder.path} exists already; resume it with --resume, or choose another folder with --run DIR"
         )
     folder.check_resumable(config)
 
@@ -213,7 +213,7 @@ def closing(step: int, seconds: float, config: TrainConfig, folder: Path, stoppe
     if stopped is not None:
         return [
             f"{stopped}: saved at step {step:,} of {config.total_steps:,}",
-            f"go on with: prnav-train {config.task} --run {folder} --resume",
+            f"resume with: prnav-train {config.task} --run {folder} --resume",
         ]
     learnt = "warm start by imitation, then PPO" if config.imitation.steps else "PPO from scratch"
     command = f"prnav-eval --run {folder} {config.spec.evaluation.hint(config.env)}"
@@ -241,7 +241,7 @@ def reporter(config: TrainConfig, console: Console, bar: Progress) -> Show:
     task: TaskID = bar.add_task("starting", total=config.total_steps)
     last: tuple[float, str] = (float("-inf"), "")
 
-    def show(row: dict[str, Any]) -> None:
+    def show(row: MetricsRow) -> None:
         nonlocal last
         text = summary(row)
         bar.update(task, description=text, completed=min(row["step"], config.total_steps))
@@ -253,7 +253,7 @@ def reporter(config: TrainConfig, console: Console, bar: Progress) -> Show:
     return show
 
 
-def summary(row: dict[str, Any]) -> str:
+def summary(row: MetricsRow) -> str:
     """One line of metrics."""
     measures, losses = row["measures"], row["losses"]
     parts = [f"{row['phase']:9}", f"{row['times']['steps_per_second']:6,.0f} steps/s"]

@@ -3,8 +3,9 @@
 Domains implement what stands here; policy, train, design, evaluate and report know nothing else of them.
 """
 
+from prnav.aliases import JSON, Array, JSONObject, Progress, Untyped
 from prnav.contracts.agents import Agent, Turn
-from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Observations, State
+from prnav.contracts.envs import BatchEnv, Designable, EpisodeSlots, HasExpert, Info, Observations, State
 from prnav.contracts.measures import MEASURES, Measure
 from prnav.contracts.records import Evaluation, Header, Outcome, Played, Trace
 from prnav.contracts.spaces import (
@@ -23,7 +24,6 @@ from prnav.contracts.tasks import (
     EvaluationSpec,
     Pictures,
     ProbeSpec,
-    Progress,
     StateProbe,
     TaskConfig,
     TaskSpec,
@@ -31,6 +31,11 @@ from prnav.contracts.tasks import (
 )
 
 __all__ = [
+    "Untyped",
+    "Array",
+    "Info",
+    "JSON",
+    "JSONObject",
     "MEASURES",
     "Agent",
     "EpisodeRequest",

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import Array
 
 
 @dataclass(frozen=True, eq=False)
 class Turn:
     """What an agent is shown before each step; N slots, of which the active ones are in an episode."""
 
-    observations: Mapping[str, NDArray[Any]]
+    observations: Mapping[str, Array]
     """Batched observations, each (N, ...); rows of idle slots mean nothing."""
     starts: NDArray[np.bool_]
     """True where the episode begins with this step: memory must be cleared, shape (N,)."""
@@ -39,7 +41,7 @@ class Agent(Protocol):
         """How actions are chosen: "greedy", "sampled", or "rule" for an agent that has no distribution."""
         ...
 
-    def act(self, turn: Turn) -> NDArray[Any]:
+    def act(self, turn: Turn) -> Array:
         """Actions as the task's :class:`~prnav.contracts.spaces.ActionSpec` has them; those of idle slots are ignored.
 
         (N,) integers, or (N, D) numbers.

@@ -6,21 +6,25 @@ Letters in shapes: N environments, n of them, K sensors.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.contracts.records import Outcome
 from prnav.contracts.spaces import ActionSpec, ObservationSpecs
 
-Observations = dict[str, Any]
+Observations = dict[str, Untyped]
 """Arrays (N, ...) by name: NumPy's on the host, or anything that speaks DLPack where it lies."""
 
-State = dict[str, Any]
+State = JSONObject
 """A snapshot: nested dictionaries of arrays, numbers and strings, which a checkpoint stores as they are."""
 
-StepResult = tuple[Observations, NDArray[np.floating[Any]], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
+Info = dict[str, Untyped]
+"""What Gymnasium's environments tell beside observations and rewards."""
+
+StepResult = tuple[Observations, Array, NDArray[np.bool_], NDArray[np.bool_], Info]
 """Observations, rewards (N,), terminated (N,), truncated (N,), info."""
 
 
@@ -49,12 +53,12 @@ class BatchEnv(Protocol):
         ...
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: Info | None = None
+    ) -> tuple[Observations, Info]:
         """Start a new episode in every environment; environment i is seeded ``seed + i``."""
         ...
 
-    def step(self, actions: Any) -> StepResult:
+    def step(self, actions: Array) -> StepResult:
         """Take actions: (N,) integers of :class:`DiscreteActions`, (N, D) float32 of :class:`BoxActions`."""
         ...
 
@@ -71,7 +75,7 @@ class BatchEnv(Protocol):
 class HasExpert(Protocol):
     """Environments with an oracle that can be imitated."""
 
-    def expert_actions(self) -> NDArray[Any]:
+    def expert_actions(self) -> Array:
         """The oracle's action in every environment, as :attr:`BatchEnv.action_spec` has them, (N,) or (N, D)."""
         ...
 
@@ -124,7 +128,7 @@ class EpisodeSlots(Protocol):
         """Observations of slots (n,), each (n, ...)."""
         ...
 
-    def advance(self, actions: NDArray[Any], acting: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def advance(self, actions: Array, acting: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Take a step in the slots where ``acting`` (N,); True where the episode ended with it, (N,).
 
         Args:
@@ -137,10 +141,10 @@ class EpisodeSlots(Protocol):
         """Measures and facts of the episode that a slot plays, final once it has ended."""
         ...
 
-    def state(self, slots: NDArray[np.int64]) -> Mapping[str, NDArray[Any]]:
+    def state(self, slots: NDArray[np.int64]) -> Mapping[str, Array]:
         """Where slots (n,) are now, by name, each (n, ...): what a trace keeps of every state."""
         ...
 
-    def events(self, slots: NDArray[np.int64]) -> Mapping[str, NDArray[Any]]:
+    def events(self, slots: NDArray[np.int64]) -> Mapping[str, Array]:
         """What the last step of slots (n,) did and met, by name, each (n, ...); ``actions`` is among them."""
         ...

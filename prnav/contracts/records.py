@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Array, JSONObject
 from prnav.errors import RecordError
 
-Array = NDArray[Any]
-
-Outcome = dict[str, Any]
+Outcome = JSONObject
 """One finished episode: ``scene_id`` and ``episode_id``, then facts and measures by name, in JSON's types."""
 
-Header = dict[str, Any]
+Header = JSONObject
 """What an evaluation was made of and by whom, in JSON's types: the head of its records."""
 
 
@@ -84,7 +81,7 @@ RANDOM_SEED = 0
 """Of the episodes that are picked at random, so that nobody can choose them."""
 
 
-def pick_episodes(rows: Sequence[Mapping[str, Any]], each: int = 3) -> dict[str, list[int]]:
+def pick_episodes(rows: Sequence[Mapping[str, JSON]], each: int = 3) -> dict[str, list[int]]:
     """Indices of the worst and best episodes, and of some drawn at random; none appears twice.
 
     Episodes are ordered by SPL, success or reward, whichever they have first; equals by SoftSPL, then by how far from
@@ -100,7 +97,7 @@ def pick_episodes(rows: Sequence[Mapping[str, Any]], each: int = 3) -> dict[str,
     return {"worst": worst, "best": best, "random": [index for index in drawn if index not in taken][:each]}
 
 
-def pick_pairs(rows: Sequence[Mapping[str, Any]], others: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+def pick_pairs(rows: Sequence[Mapping[str, JSON]], others: Sequence[Mapping[str, JSON]]) -> dict[str, int]:
     """Index of the episode that the first did best by against the second, of the opposite one, and of one at random.
 
     Both are of the same episodes in the same order; "best" is ordered as in :func:`pick_episodes`.
@@ -115,12 +112,12 @@ def pick_pairs(rows: Sequence[Mapping[str, Any]], others: Sequence[Mapping[str, 
     return {**picks, "random": others_left[0]} if others_left else picks
 
 
-def _score(row: Mapping[str, Any]) -> tuple[float, float]:
+def _score(row: Mapping[str, JSON]) -> tuple[float, float]:
     main = next((row[name] for name in ("spl", "success", "return", "reward") if row.get(name) is not None), 0.0)
     return float(main), round(float(row.get("soft_spl", 0.0)), 3)
 
 
-def _rank(row: Mapping[str, Any]) -> tuple[float, ...]:
+def _rank(row: Mapping[str, JSON]) -> tuple[float, ...]:
     remaining = row.get("distance_to_goal")
     far = float(np.inf if remaining is None else remaining)
     return (*_score(row), -far, float(row.get("geodesic_distance") or 0.0))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
+from prnav.aliases import JSON, JSONObject
 from prnav.errors import ConfigError
 
 
@@ -72,7 +73,7 @@ ObservationSpecs = Mapping[str, ObservationSpec]
 """Specs by the name under which the observation is found."""
 
 
-def spec_to_mapping(spec: ActionSpec | ObservationSpec) -> dict[str, Any]:
+def spec_to_mapping(spec: ActionSpec | ObservationSpec) -> JSONObject:
     """The spec in JSON's types, for checkpoints and ``run.json``."""
     if isinstance(spec, DiscreteActions):
         return {"n": spec.n}
@@ -81,7 +82,7 @@ def spec_to_mapping(spec: ActionSpec | ObservationSpec) -> dict[str, Any]:
     return {"shape": list(spec.shape), "kind": spec.kind, "dtype": spec.dtype}
 
 
-def action_spec_of(stored: Mapping[str, Any]) -> ActionSpec:
+def action_spec_of(stored: Mapping[str, JSON]) -> ActionSpec:
     """The action spec that :func:`spec_to_mapping` stored.
 
     Raises:
@@ -94,7 +95,7 @@ def action_spec_of(stored: Mapping[str, Any]) -> ActionSpec:
     raise ConfigError(f"actions are stored as {dict(stored)}; valid: {{n}}, or {{low, high}}")
 
 
-def observation_spec_of(stored: Mapping[str, Any]) -> ObservationSpec:
+def observation_spec_of(stored: Mapping[str, JSON]) -> ObservationSpec:
     """The observation spec that :func:`spec_to_mapping` stored.
 
     Raises:

@@ -8,28 +8,26 @@ Letters in shapes: N slots or environments, K sensors, T steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Progress, Untyped
 from prnav.contracts.agents import Agent
 from prnav.contracts.envs import BatchEnv, EpisodeSlots
 from prnav.contracts.records import Evaluation, Header, Outcome, Trace
 
-Progress = Callable[[int, int, str], None]
-"""Called with the number of things done, of all of them, and the name of the next one."""
-
-TaskConfig: TypeAlias = Any
+TaskConfig: TypeAlias = Untyped
 """A task's settings: a frozen dataclass of the class that its :attr:`TaskSpec.config_type` names."""
 
-World: TypeAlias = Any
+World: TypeAlias = Untyped
 """What a task has loaded and its environments share: scenes and episodes, or compiled models."""
 
-Figure: TypeAlias = Any
+Figure: TypeAlias = Untyped
 """A figure of matplotlib."""
 
 
@@ -149,11 +147,11 @@ class Pictures(Protocol):
 class StateProbe(Protocol):
     """How much of a task's state can be read off a design's receptors."""
 
-    def parts(self, design: Any, theta: ArrayLike | None = None) -> dict[str, float]:
+    def parts(self, design: Untyped, theta: ArrayLike | None = None) -> dict[str, float]:
         """R^2 of each group of state variables, for a :class:`prnav.sensors.Design` or theta (K, 7) around it."""
         ...
 
-    def score(self, design: Any, theta: ArrayLike | None = None) -> float:
+    def score(self, design: Untyped, theta: ArrayLike | None = None) -> float:
         """One number by which designs are ranked."""
         ...
 
@@ -168,7 +166,7 @@ class ProbeSpec(Protocol):
     config_type: type
     """Frozen dataclass; has ``cost_steps``, the readings that one score takes."""
 
-    def load(self, config: Any, env: TaskConfig, progress: Progress | None = None) -> StateProbe:
+    def load(self, config: Untyped, env: TaskConfig, progress: Progress | None = None) -> StateProbe:
         """The probe of a task played as ``env`` says.
 
         Raises:

@@ -6,20 +6,24 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from prnav import catalog
+from prnav.aliases import JSON, Untyped
+from prnav.checks import require_at_least
 from prnav.config import TYPE_OF, load_config
 from prnav.design.joint import JointConfig
+from prnav.design.methods import METHODS
 from prnav.design.search import SearchConfig
 from prnav.design.specialist import SpecialistConfig
 from prnav.errors import ConfigError
+from prnav.registry import require_known
 from prnav.resources import resource
 from prnav.sensors import Design, DesignSpace, load_design, random_design
 from prnav.train import TrainConfig
 
 
-def probe_type(table: Mapping[str, Any]) -> type:
+def probe_type(table: Mapping[str, JSON]) -> type:
     """Class of the table [proxy] in a search's config: that of the task which [train] names.
 
     Raises:
@@ -35,7 +39,7 @@ def probe_type(table: Mapping[str, Any]) -> type:
 
 @dataclass(frozen=True)
 class OptimizeConfig:
-    """A search: where it starts, how it goes on, what it is scored by, and how its result is judged."""
+    """A search: where it starts, how it searches, what it is scored by, and how its result is judged."""
 
     name: str = "design"
     seed: int = 0
@@ -50,11 +54,12 @@ class OptimizeConfig:
     """Searches, each from an initial design of its own where these are random; the best one is the result."""
     frozen: tuple[str, ...] = ()
     """Axes that stay as they are, beside those that a design file freezes."""
-    method: Literal["joint", "random", "cmaes", "tpe", "gp", "halving"] = "joint"
+    method: str = "joint"
+    """A name of :data:`prnav.design.methods.METHODS`."""
     score: Literal["proxy", "specialist"] = "proxy"
     """What searches other than "joint" score a design by; "halving" always trains specialists."""
-    measure: Literal["spl", "soft_spl", "soft_spl_closest", "success", "reward"] = "soft_spl_closest"
-    """Measure of a specialist that counts."""
+    measure: str = "soft_spl_closest"
+    """Measure of a specialist that counts: one of the task's."""
     budget: int = 0
     """Steps that a search may spend in all, of specialists or of readings for the proxy, so that methods can be
     compared; 0 asks for ``search.trials`` designs instead. The joint method spends ``train.total_steps``."""
@@ -70,20 +75,24 @@ class OptimizeConfig:
     """Specialists per design."""
     joint: JointConfig = field(default_factory=JointConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
-    proxy: Any = field(default=None, metadata={TYPE_OF: probe_type})
+    proxy: Untyped = field(default=None, metadata={TYPE_OF: probe_type})
     """Settings of the task's state probe (:attr:`prnav.contracts.TaskSpec.probe`); its defaults where left out."""
     specialist: SpecialistConfig = field(default_factory=SpecialistConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
 
     def __post_init__(self) -> None:
+        require_known(self.method, METHODS, "method")
+        for field_name, measure in (("measure", self.measure), *self._joint_measure()):
+            if measure not in self.train.spec.measures:
+                valid = ", ".join(map(repr, self.train.spec.measures))
+                raise ValueError(f"{field_name} is {measure!r}; valid for {self.train.task}: {valid}")
         if self.proxy is None and self.train.spec.probe is not None:
             object.__setattr__(self, "proxy", self.train.spec.probe.config_type())
-        for name in ("sensors", "grid", "starts", "judge_seeds"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("budget", "seed", "judge_steps"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 1, "sensors", "grid", "starts", "judge_seeds")
+        require_at_least(self, 0, "budget", "seed", "judge_steps")
+
+    def _joint_measure(self) -> list[tuple[str, str]]:
+        return [("joint.score", self.joint.score)] if self.method == "joint" else []
 
     @property
     def trials(self) -> int:

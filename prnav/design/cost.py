@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.checks import require_at_least
 from prnav.sensors import Design
 
 
@@ -26,9 +27,7 @@ class CostConfig:
     """Per metre of cable: the shortest tree that joins the sensors, straight lines."""
 
     def __post_init__(self) -> None:
-        for name in ("sensor", "unused_fov_deg", "fov", "power", "distance"):
-            if getattr(self, name) < 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 0, "sensor", "unused_fov_deg", "fov", "power", "distance")
 
     @property
     def free(self) -> bool:
@@ -54,7 +53,8 @@ def design_cost(poses: ArrayLike, design: Design, config: CostConfig) -> NDArray
 def solid_angle(fov: ArrayLike) -> NDArray[np.float64]:
     """Steradians (...) that a square view of full angle ``fov`` (...) [rad] covers."""
     half = np.sin(0.5 * np.asarray(fov, np.float64))
-    return 4.0 * np.arcsin(np.clip(half**2, 0.0, 1.0))
+    angle: NDArray[np.float64] = 4.0 * np.arcsin(np.clip(half**2, 0.0, 1.0))
+    return angle
 
 
 def tree_length(points: NDArray[np.float64]) -> float:

@@ -8,11 +8,12 @@ depend on the seed, on i and on the policy alone. N agents, K sensors, n free co
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.contracts import BatchEnv, Designable, HasExpert, Observations, State
 from prnav.contracts.envs import StepResult
 from prnav.design.cost import CostConfig, design_cost
@@ -75,8 +76,8 @@ class DesignedVectorEnv:
         return facts
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: JSONObject | None = None
+    ) -> tuple[Observations, JSONObject]:
         """Begin an episode with a new design in each agent."""
         everyone = np.arange(self.num_envs)
         self._draw(everyone)
@@ -84,7 +85,7 @@ class DesignedVectorEnv:
         self._begin(everyone)
         return result
 
-    def step(self, actions: Any) -> StepResult:
+    def step(self, actions: Untyped) -> StepResult:
         """One step in each agent; the rewards are the task's own."""
         result = self.envs.step(actions)
         terminated, truncated, info = np.asarray(result[2]), np.asarray(result[3]), result[4]
@@ -113,13 +114,13 @@ class DesignedVectorEnv:
         }
 
     def restore(self, state: State) -> None:
-        """Go on where :meth:`snapshot` was called."""
+        """Resume where :meth:`snapshot` was called."""
         self.envs.restore(state["envs"])
         self.policy.load_state_dict(state["policy"])
         for name in _STATE:
             setattr(self, name, np.array(state[name]))
 
-    def _book(self, over: NDArray[np.int64], final: Mapping[str, Any]) -> None:
+    def _book(self, over: NDArray[np.int64], final: Mapping[str, JSON]) -> None:
         scores = np.asarray(final[self.score], np.float64)[over]
         if not self.cost.free:
             poses = theta_to_pose(with_free_values(self.current[over], self.design), self.design)

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import JSON, JSONObject
+from prnav.checks import require_positive
 
 Float64 = NDArray[np.float64]
 
@@ -43,9 +46,7 @@ class DesignPolicyConfig:
     (its distance) expects. Both leave the gradient's mean alone; the second has less noise."""
 
     def __post_init__(self) -> None:
-        for name in ("std", "std_min", "std_max", "learning_rate", "std_learning_rate", "clip"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be positive")
+        require_positive(self, "std", "std_min", "std_max", "learning_rate", "std_learning_rate", "clip")
         if not self.std_min <= self.std <= self.std_max:
             raise ValueError(
                 f"std is {self.std}; it must lie within std_min ({self.std_min}) and std_max ({self.std_max})"
@@ -57,7 +58,8 @@ class DesignPolicyConfig:
 def log_probability(values: Float64, mean: Float64, log_std: Float64) -> Float64:
     """Log density of designs (B, n) under a Gaussian with mean (n,) and log standard deviations (n,): (B,)."""
     scaled = (values - mean) * np.exp(-log_std)
-    return -0.5 * (scaled**2).sum(axis=-1) - log_std.sum() - 0.5 * len(mean) * np.log(2.0 * np.pi)
+    density: Float64 = -0.5 * (scaled**2).sum(axis=-1) - log_std.sum() - 0.5 * len(mean) * np.log(2.0 * np.pi)
+    return density
 
 
 def advantages(scores: Float64, covariates: Float64 | None = None) -> Float64:
@@ -121,7 +123,8 @@ class DesignPolicy:
     @property
     def std(self) -> Float64:
         """Standard deviations, (n,)."""
-        return np.exp(self.log_std)
+        std: Float64 = np.exp(self.log_std)
+        return std
 
     def sample(self, noise: Float64) -> tuple[Float64, Float64]:
         """Designs (B, n) from standard normal numbers (B, n), and their log densities (B,)."""
@@ -162,11 +165,11 @@ class DesignPolicy:
             low, high = np.log(config.std_min), np.log(config.std_max)
             self.log_std = np.clip(self.log_std + config.std_learning_rate * step[size:], low, high)
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the policy's future depends on."""
         return {"mean": self.mean, "log_std": self.log_std, "moments": self._moments, "steps": self._steps}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Go on from :meth:`state_dict`."""
+    def load_state_dict(self, state: Mapping[str, JSON]) -> None:
+        """Resume from :meth:`state_dict`."""
         self.mean, self.log_std = np.array(state["mean"]), np.array(state["log_std"])
         self._moments, self._steps = np.array(state["moments"]), int(state["steps"])

@@ -10,10 +10,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from prnav.aliases import JSON, JSONObject
+from prnav.checks import require_at_least
 from prnav.config import config_hash, to_mapping
 from prnav.design.cost import CostConfig
 from prnav.design.designed_envs import DesignableEnvs, DesignedVectorEnv
@@ -21,7 +23,7 @@ from prnav.design.gaussian import DesignPolicy, DesignPolicyConfig
 from prnav.errors import ConfigError
 from prnav.files import write_text
 from prnav.sensors import Design, moved_design, with_free_values
-from prnav.train import RunFolder, TrainConfig, Trainer
+from prnav.train import MetricsRow, RunFolder, TrainConfig, Trainer
 
 HISTORY = "designs.json"
 """File of a run that holds the mean of the design policy after each update."""
@@ -38,23 +40,22 @@ class JointConfig:
     design_rollouts: int = 100
     """Collections whose episodes a design update learns from."""
     schedule: Literal["alternate", "together"] = "alternate"
-    """"alternate": the paper's, the control policy is frozen during ``design_rollouts``; "together": it goes on
+    """"alternate": the paper's, the control policy is frozen during ``design_rollouts``; "together": it keeps
     learning from them, no collection is spent on the design alone and ``control_rollouts`` has no effect."""
-    score: Literal["soft_spl", "soft_spl_closest", "spl", "success", "reward"] = "soft_spl_closest"
-    """Measure of an episode that the design learns from. The paper takes SoftSPL by "the minimum distance achieved"."""
+    score: str = "soft_spl_closest"
+    """Measure of an episode that the design learns from, one of the task's. The paper takes SoftSPL by "the minimum
+    distance achieved"."""
     policy: DesignPolicyConfig = field(default_factory=DesignPolicyConfig)
     cost: CostConfig = field(default_factory=CostConfig)
 
     def __post_init__(self) -> None:
-        for name in ("frozen_rollouts", "control_rollouts"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 0, "frozen_rollouts", "control_rollouts")
         if self.design_rollouts < 1:
             raise ValueError(f"design_rollouts is {self.design_rollouts}; it must be at least 1")
 
 
 @dataclass(frozen=True)
-class Turn:
+class UpdateTurn:
     """What one collection is for."""
 
     control: bool
@@ -63,17 +64,17 @@ class Turn:
     """Whether its episodes are kept for the design policy, and whether this learns when it ends."""
 
 
-def turn(config: JointConfig, rollout: int) -> Turn:
+def turn(config: JointConfig, rollout: int) -> UpdateTurn:
     """What the collection with this number (from 0) is for."""
     since = rollout - config.frozen_rollouts
     if since < 0:
-        return Turn(True, "")
+        return UpdateTurn(True, "")
     if config.schedule == "together":
-        return Turn(True, "update" if since % config.design_rollouts == config.design_rollouts - 1 else "collect")
+        return UpdateTurn(True, "update" if since % config.design_rollouts == config.design_rollouts - 1 else "collect")
     place = since % (config.control_rollouts + config.design_rollouts) - config.control_rollouts
     if place < 0:
-        return Turn(True, "")
-    return Turn(False, "update" if place == config.design_rollouts - 1 else "collect")
+        return UpdateTurn(True, "")
+    return UpdateTurn(False, "update" if place == config.design_rollouts - 1 else "collect")
 
 
 class JointTrainer(Trainer):
@@ -86,9 +87,9 @@ class JointTrainer(Trainer):
         envs: DesignableEnvs,
         design: Design,
         folder: RunFolder,
-        report: Callable[[dict[str, Any]], None] = lambda row: None,
+        report: Callable[[MetricsRow], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
-        data: Mapping[str, Any] | None = None,
+        data: Mapping[str, JSON] | None = None,
     ) -> None:
         """Trainer of a run; arguments beside these as for :class:`Trainer`.
 
@@ -103,7 +104,7 @@ class JointTrainer(Trainer):
             data: what the run is made from.
         """
         self.joint, self.design = joint, design
-        self.history: list[dict[str, Any]] = []
+        self.history: list[JSONObject] = []
         policy = DesignPolicy(joint.policy, int(design.free.sum()))
         self.designed = DesignedVectorEnv(envs, design, policy, joint.cost, joint.score, config.seed)
         facts = {**(data or {}), "joint": to_mapping(joint), "design": design.name}
@@ -155,12 +156,12 @@ class JointTrainer(Trainer):
         super().save()
         write_text(self.folder.path / HISTORY, json.dumps(self.history) + "\n")
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the rest of the run depends on."""
         return {**super().state_dict(), "design_history": self.history}
 
-    def load_state_dict(self, state: Mapping[str, Any], *source: str) -> None:
-        """Go on from :meth:`state_dict`."""
+    def load_state_dict(self, state: Mapping[str, JSON], *source: str) -> None:
+        """Resume from :meth:`state_dict`."""
         super().load_state_dict(state, *source)
         self.history = list(state["design_history"])
 

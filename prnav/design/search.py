@@ -12,11 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Untyped
 from prnav.design.claims import TrialClaims
 from prnav.errors import ConfigError
 from prnav.sensors import AXES, Design, with_free_values
@@ -77,7 +78,7 @@ def search(
 ) -> list[Trial]:
     """Trials of a study, all there are when ``config.trials`` of them are finished.
 
-    A study goes on from what its storage holds, and other processes may work on it at the same time. What a trial tries
+    A study resumes from what its storage holds, and other processes may work on it at the same time. What a trial tries
     depends on the seed, its number and the trials finished before it, not on who asks. The initial design is always
     among the finished ones, also if the process that was to score it is gone.
 
@@ -140,10 +141,10 @@ def search(
             claims.close()
 
 
-def _abandoned(optuna: Any, study: Any, space: Mapping[str, Any], claims: TrialClaims | None) -> Any:
-    """The first trial that was begun and that nobody is at, claimed and with its values; None where there is none.
+def _abandoned(optuna: Untyped, study: Untyped, space: Mapping[str, JSON], claims: TrialClaims | None) -> Untyped:
+    """The first trial that was begun and is held by no worker, claimed and with its values; None where there is none.
 
-    What a trial tries is asked again by its number, and so the same: a search that was killed goes on as if it had not
+    What a trial tries is asked again by its number, and so the same: a search that was killed resumes as if it had not
     been. Who works on the trials of a database is not known here; there they stay unfinished.
     """
     if claims is None:
@@ -177,9 +178,9 @@ def successive_halving(
     factor: int = 3,
     report: Callable[[int, C, float], None] = lambda steps, candidate, value: None,
 ) -> tuple[C, list[tuple[int, float]]]:
-    """The candidate that survives: all get ``first_steps``, the best of ``factor`` go on with ``factor`` times as many.
+    """The candidate that survives: all get ``first_steps``, the best of ``factor`` get ``factor`` times as many.
 
-    Jamieson and Talwalkar 2016. A candidate that goes on is trained further, not anew: ``score(candidate, steps)`` is
+    Jamieson and Talwalkar 2016. A candidate that continues is trained further, not anew: ``score(candidate, steps)`` is
     given its steps in all.
 
     Returns:
@@ -209,7 +210,7 @@ def halving_candidates(budget: int, first_steps: int, factor: int) -> int:
 
 
 def halving_cost(count: int, first_steps: int, factor: int) -> int:
-    """Steps of successive halving over ``count`` designs; those of one that goes on are counted once."""
+    """Steps of successive halving over ``count`` designs; those of one that continues are counted once."""
     total, steps, before = 0, first_steps, 0
     while True:
         total += count * (steps - before)
@@ -225,7 +226,7 @@ def random_values(design: Design, count: int, bound: float, seed: int) -> Float6
     return values
 
 
-def _optuna() -> Any:
+def _optuna() -> Untyped:
     try:
         import optuna
     except ImportError as error:
@@ -234,7 +235,7 @@ def _optuna() -> Any:
     return optuna
 
 
-def _storage(optuna: Any, storage: str | Path) -> Any:
+def _storage(optuna: Untyped, storage: str | Path) -> Untyped:
     from sqlalchemy.exc import SQLAlchemyError
 
     text = str(storage)
@@ -250,22 +251,22 @@ def _storage(optuna: Any, storage: str | Path) -> Any:
         ) from error
 
 
-def _sampler(optuna: Any, method: str, seed: int) -> Any:
+def _sampler(optuna: Untyped, method: str, seed: int) -> Untyped:
     """A sampler whose random numbers belong to the trial: two machines, or a resumed search, repeat none of them."""
     _sampler_of(optuna, method, seed)  # a wrong method is an error now
 
-    class OfTrial(optuna.samplers.BaseSampler):
-        def before_trial(self, study: Any, trial: Any) -> None:
+    class OfTrial(optuna.samplers.BaseSampler):  # type: ignore[misc]  # imported when needed
+        def before_trial(self, study: Untyped, trial: Untyped) -> None:
             self.own = _sampler_of(optuna, method, seed_of(seed, trial.number))
             self.own.before_trial(study, trial)
 
-        def infer_relative_search_space(self, study: Any, trial: Any) -> Any:
+        def infer_relative_search_space(self, study: Untyped, trial: Untyped) -> Untyped:
             return self.own.infer_relative_search_space(study, trial)
 
-        def sample_relative(self, study: Any, trial: Any, search_space: Any) -> Any:
+        def sample_relative(self, study: Untyped, trial: Untyped, search_space: Untyped) -> Untyped:
             return self.own.sample_relative(study, trial, search_space)
 
-        def sample_independent(self, study: Any, trial: Any, name: str, distribution: Any) -> Any:
+        def sample_independent(self, study: Untyped, trial: Untyped, name: str, distribution: Untyped) -> Untyped:
             return self.own.sample_independent(study, trial, name, distribution)
 
     return OfTrial()
@@ -276,7 +277,7 @@ def seed_of(seed: int, number: int) -> int:
     return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
 
 
-def _sampler_of(optuna: Any, method: str, seed: int) -> Any:
+def _sampler_of(optuna: Untyped, method: str, seed: int) -> Untyped:
     samplers = optuna.samplers
     if method == "random":
         return samplers.RandomSampler(seed=seed)
@@ -299,7 +300,7 @@ def _need_cmaes() -> None:
         ) from error
 
 
-def _finished(optuna: Any, study: Any, names: list[str]) -> list[Trial]:
+def _finished(optuna: Untyped, study: Untyped, names: list[str]) -> list[Trial]:
     complete = (optuna.trial.TrialState.COMPLETE,)
     return [
         Trial(trial.number, np.array([trial.params[key] for key in names]), float(trial.value))

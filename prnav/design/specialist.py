@@ -9,11 +9,12 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from prnav.checks import require_at_least
 from prnav.contracts import MEASURES, Progress, TaskConfig, World
 from prnav.design.judging import Measures, play_design
 from prnav.files import write_text
@@ -38,9 +39,7 @@ class SpecialistConfig:
     """Of weights, actions and episode order."""
 
     def __post_init__(self) -> None:
-        for name in ("steps", "episodes", "num_envs"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, "steps", "episodes", "num_envs")
 
 
 class Judge:
@@ -94,7 +93,7 @@ class Judge:
         seed: int | None = None,
         warm_for: int | None = None,
     ) -> Measures:
-        """Measures (S,) of a specialist at ``design``, trained in ``folder``; goes on where an earlier call stopped.
+        """Measures (S,) of a specialist at ``design``, trained in ``folder``; resumes where an earlier call stopped.
 
         Args:
             design: what the agent sees with.
@@ -156,8 +155,37 @@ def specialist_config(
     )
 
 
-def row_of(design: Design, measures: Measures, **facts: Any) -> dict[str, Any]:
+class ResultRow(TypedDict):
     """One line of results: who, what it cost, and each episode's measures."""
+
+    design: str
+    """Name of the design."""
+    sensors: int
+    grid: int
+    group: str
+    """What the design stands for in a figure, such as "initial 0"."""
+    seed: int
+    steps: int
+    """Of training."""
+    task: NotRequired[str]
+    kind: NotRequired[str]
+    """The analysis that asked for it."""
+    measures: dict[str, list[float]]
+    """One value for each episode."""
+
+
+class RowFacts(TypedDict):
+    """What a row says beside design and measures."""
+
+    group: str
+    seed: int
+    steps: int
+    task: NotRequired[str]
+    kind: NotRequired[str]
+
+
+def row_of(design: Design, measures: Measures, **facts: Unpack[RowFacts]) -> ResultRow:
+    """One line of results."""
     kept = tuple(measure.key for measure in MEASURES)
     return {
         "design": design.name,
@@ -173,4 +201,4 @@ def mean_of(measures: Measures, name: str) -> float:
     return float(np.mean(measures[name]))
 
 
-__all__ = ["Judge", "SpecialistConfig", "mean_of", "row_of", "specialist_config"]
+__all__ = ["Judge", "ResultRow", "SpecialistConfig", "mean_of", "row_of", "specialist_config"]

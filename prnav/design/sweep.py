@@ -1,7 +1,7 @@
 """Many specialists side by side: a plan in a folder, and workers that take jobs from it until none is left.
 
 A job is held by a lock on its folder, which the system lets go of when a process dies: any number of processes, on any
-machines that share the folder, can work on a plan, and a job that was cut off goes on from its last checkpoint.
+machines that share the folder, can work on a plan, and a job that was cut off resumes from its last checkpoint.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from prnav.config import load_config, to_toml
 from prnav.contracts import Progress
-from prnav.design.claims import held
 from prnav.design.config import OptimizeConfig
-from prnav.design.specialist import Judge, row_of
+from prnav.design.specialist import Judge, ResultRow, row_of
 from prnav.design.variants import Named
 from prnav.errors import ConfigError
 from prnav.files import write_text
+from prnav.locks import held
 from prnav.result_kinds import PLAN_KIND, read_judged
 from prnav.schema import read_json
 from prnav.sensors import load_design, save_design
@@ -94,7 +93,7 @@ def work(
     loading: Progress | None = None,
     warn: Callable[[str], None] = lambda text: None,
 ) -> int:
-    """Take jobs until all are done or held by others; how many are done then, by whomever."""
+    """Take jobs until all are done or held by other workers; how many are done then, by whomever."""
     _, jobs = read_plan(folder)
     judges: dict[str, Judge] = {}
     for job in jobs:
@@ -111,14 +110,22 @@ def work(
     return len(_done(folder, jobs))
 
 
-def collect(folder: Path) -> list[dict[str, Any]]:
+def collect(folder: Path) -> list[ResultRow]:
     """Results of the jobs that are done, one row each, also left in ``results.jsonl``."""
     kind, jobs = read_plan(folder)
-    rows = []
+    rows: list[ResultRow] = []
     for job in _done(folder, jobs):
         told = read_judged(folder / "jobs" / job.name / "judged.json")
-        facts = {"group": job.group, "task": job.task, "seed": job.seed, "steps": told["asked"]["steps"], "kind": kind}
-        rows.append(row_of(load_design(folder / job.design), told["measures"], **facts))
+        row = row_of(
+            load_design(folder / job.design),
+            told["measures"],
+            group=job.group,
+            task=job.task,
+            seed=job.seed,
+            steps=told["asked"]["steps"],
+            kind=kind,
+        )
+        rows.append(row)
     write_text(folder / RESULTS, "".join(json.dumps(row) + "\n" for row in rows))
     return rows
 

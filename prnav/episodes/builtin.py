@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import JSON, JSONObject, Progress
 from prnav.cache import cache_key, cached_arrays
 from prnav.episodes.episode import EpisodeDataset
 from prnav.episodes.generate import GENERATOR_VERSION, GenerationConfig, generate_table
@@ -23,9 +23,6 @@ BUILTIN_NAME = "prhouses-v1"
 BUILTIN_SEED = 20240
 SHIPPED_PER_SCENE = 56  #: as in Matterport3D's test split, 18 x 56 = 1,008 episodes
 SHIPPED_SPLITS = ("val", "test")
-
-Progress = Callable[[int, int, str], object]
-"""Called with scenes done, scenes in all, and the name of the one at work."""
 
 
 def load_builtin_episodes(
@@ -46,7 +43,7 @@ def load_builtin_table(
     seed: int = 0,
     max_scenes: int | None = None,
     progress: Progress | None = None,
-) -> tuple[EpisodeTable, dict[str, Any]]:
+) -> tuple[EpisodeTable, JSONObject]:
     """Built-in episodes of a split, and the header that says what they were made from.
 
     Args:
@@ -108,7 +105,7 @@ def train_table(
     parts = (GENERATOR_VERSION, BUILDER_VERSION, scene_id, scene.hash, count, seed)
     key = cache_key(*parts, dataclasses.asdict(settings), dataclasses.asdict(config))
 
-    def compute() -> dict[str, Any]:
+    def compute() -> JSONObject:
         floor = load_navmesh(scene, settings) if navmesh is None else navmesh
         return generate_table(floor, scene_id, count, seed, config).to_arrays()
 
@@ -130,7 +127,7 @@ def make_builtin_episodes(split: str, progress: Progress | None = None) -> Episo
     return EpisodeDataset(tuple(episodes), make_header(settings, "y", BUILTIN_SEED, hashes))
 
 
-def make_header(settings: NavMeshSettings, up: str, seed: int, scene_hashes: Mapping[str, str]) -> dict[str, Any]:
+def make_header(settings: NavMeshSettings, up: str, seed: int, scene_hashes: Mapping[str, str]) -> JSONObject:
     """Top-level keys that say what a data set was made from."""
     return {
         "prnav": {
@@ -144,7 +141,7 @@ def make_header(settings: NavMeshSettings, up: str, seed: int, scene_hashes: Map
     }
 
 
-def check_scenes(header: Mapping[str, Any], scenes: Mapping[str, SceneMesh], source: str) -> None:
+def check_scenes(header: Mapping[str, JSON], scenes: Mapping[str, SceneMesh], source: str) -> None:
     """Hold scenes against the hashes in a data set's header; data sets without a header say nothing and pass.
 
     Raises:
@@ -164,12 +161,12 @@ def check_scenes(header: Mapping[str, Any], scenes: Mapping[str, SceneMesh], sou
             )
 
 
-def up_axis(header: Mapping[str, Any], default: str, source: str) -> str:
+def up_axis(header: Mapping[str, JSON], default: str, source: str) -> str:
     """Up axis that a data set's header says its mesh files have; ``default`` where it says none."""
     return str(_made_from(header, source).get("up", default))
 
 
-def _made_from(header: Mapping[str, Any], source: str) -> Mapping[str, Any]:
+def _made_from(header: Mapping[str, JSON], source: str) -> Mapping[str, JSON]:
     made = header.get("prnav", {})
     if not isinstance(made, Mapping):
         raise EpisodeError(f"{source}: header key 'prnav' is {made!r}; it must be an object")

@@ -17,13 +17,14 @@ import queue
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.episodes.builtin import make_header
 from prnav.episodes.files import content_names, read_header, write_episode_stream
 from prnav.episodes.generate import GenerationConfig, generate_chunks
 from prnav.errors import EpisodeError, PrnavError
-from prnav.files import held_folder
+from prnav.locks import held_folder
 from prnav.navmesh import BUILDER_VERSION, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.navmesh.beside import BUILT, navmesh_origin
 from prnav.navmesh.cover import indoor_floors
@@ -32,7 +33,7 @@ from prnav.resources import available_cores
 from prnav.scene import SceneFile, load_scene
 from prnav.scene.library import is_built_in
 
-Progress = Callable[[str, int], object]
+SceneProgress = Callable[[str, int], object]
 """Called with a scene's id and how many more of its episodes are there."""
 
 
@@ -62,7 +63,7 @@ def generate_files(
     path: Path,
     config: BulkConfig,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: SceneProgress | None = None,
 ) -> Written:
     """Write a data set of several scenes in Habitat's ``content/`` layout; scenes that are there already are kept.
 
@@ -87,7 +88,7 @@ def _generate_files(
     path: Path,
     config: BulkConfig,
     workers: int | None,
-    progress: Progress | None,
+    progress: SceneProgress | None,
 ) -> Written:
     content = path.parent / "content"
     alone = len(sources) == 1
@@ -102,7 +103,7 @@ def _generate_files(
     hashes: dict[str, str] = {}
     kept: list[str] = []
 
-    def note(kind: str, scene_id: str, value: Any) -> None:
+    def note(kind: str, scene_id: str, value: Untyped) -> None:
         if kind == "done":
             hashes[scene_id] = value
             return
@@ -131,7 +132,7 @@ Source = str | SceneFile
 Job = tuple[str, Source, Path]
 """Id, source and file of a scene."""
 
-Note = Callable[[str, str, Any], object]
+Note = Callable[[str, str, Untyped], object]
 """Called with ``drawn`` or ``kept``, a scene's id and a number of episodes; with ``done``, the id and the hash."""
 
 
@@ -165,7 +166,7 @@ def _origin(source: Source, config: BulkConfig) -> str:
     return navmesh_origin(source, config.navmesh_files) if isinstance(source, SceneFile) else BUILT
 
 
-def _header(config: BulkConfig, hashes: Mapping[str, str], origins: Mapping[str, str]) -> dict[str, Any]:
+def _header(config: BulkConfig, hashes: Mapping[str, str], origins: Mapping[str, str]) -> JSONObject:
     """Header of a file with these scenes' episodes."""
     header = make_header(config.navmesh, config.up, config.seed, dict(hashes))
     if config.data is not None:
@@ -202,10 +203,10 @@ def _share(jobs: Sequence[Job], config: BulkConfig, workers: int, note: Note) ->
         end_processes(processes)
 
 
-def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Any, following: Any) -> None:
+def _worker(jobs: Sequence[Job], config: BulkConfig, messages: Untyped, following: Untyped) -> None:
     """Take jobs until there are no more."""
 
-    def note(kind: str, scene_id: str, value: Any) -> None:
+    def note(kind: str, scene_id: str, value: Untyped) -> None:
         messages.put((kind, scene_id, value))
 
     while True:

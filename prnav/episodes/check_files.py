@@ -18,8 +18,9 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
+from prnav.aliases import JSONObject
 from prnav.errors import SceneError
 from prnav.processes import deaf_children
 from prnav.scene.datasets import LAYOUTS, data_folder, open_scene_set
@@ -35,7 +36,7 @@ _PEEK = 1 << 16
 
 
 @dataclass(frozen=True)
-class Task:
+class FileCheck:
     """One thing to try.
 
     Attributes:
@@ -60,7 +61,7 @@ class Report:
     warnings: tuple[str, ...] = ()  #: what was not found, left out, or looks wrong
     seconds: float = 0.0
 
-    def to_record(self) -> dict[str, Any]:
+    def to_record(self) -> JSONObject:
         """JSON object."""
         return asdict(self) | {"status": "good" if self.problem is None else "broken"}
 
@@ -82,7 +83,7 @@ class CheckLimits:
             )
 
 
-def find_tasks(folder: str | Path, data: str | None = None) -> list[Task]:
+def find_tasks(folder: str | Path, data: str | None = None) -> list[FileCheck]:
     """All files of a folder that prnav might be given, in order of their paths.
 
     Args:
@@ -104,7 +105,7 @@ def find_tasks(folder: str | Path, data: str | None = None) -> list[Task]:
             path = Path(base) / name
             kind = kind_of(path)
             if kind is not None:
-                tasks.append(Task(kind, path))
+                tasks.append(FileCheck(kind, path))
     if not tasks:
         raise SceneError(f"{root}: nothing to check; looked for {', '.join(MESH_SUFFIXES)}, .navmesh and .json.gz")
     return tasks
@@ -133,17 +134,17 @@ def kind_of(path: Path) -> Kind | None:
     return None
 
 
-def _data_tasks(root: Path, data: str) -> list[Task]:
+def _data_tasks(root: Path, data: str) -> list[FileCheck]:
     scenes = open_scene_set(data, root)
-    tasks = [Task("scene", scenes.files[scene_id], scene_id) for scene_id in scenes.scene_ids()]
+    tasks = [FileCheck("scene", scenes.files[scene_id], scene_id) for scene_id in scenes.scene_ids()]
     base = data_folder(root) / "datasets" / "pointnav"
     for alias in LAYOUTS[data].episodes:
-        tasks += [Task("episodes", path) for path in sorted((base / alias).rglob("*.json.gz"))]
+        tasks += [FileCheck("episodes", path) for path in sorted((base / alias).rglob("*.json.gz"))]
     return tasks
 
 
 def check_tasks(
-    tasks: Sequence[Task],
+    tasks: Sequence[FileCheck],
     folder: str | Path,
     data: str | None = None,
     limits: CheckLimits = CheckLimits(),  # noqa: B008 (frozen)
@@ -194,7 +195,7 @@ class _Worker:
         self.folder, self.data, self.limits = folder, data, limits
         self._process: subprocess.Popen[bytes] | None = None
 
-    def run(self, task: Task) -> Report:
+    def run(self, task: FileCheck) -> Report:
         start = time.monotonic()
         request = {"kind": task.kind, "path": str(task.path), "scene_id": task.scene_id, "root": self.limits.root}
         answer = self._ask(json.dumps(request).encode() + b"\n")
@@ -204,7 +205,7 @@ class _Worker:
             problem = _short(problem, task.path)
         return Report(task.kind, relative, problem, notes, tuple(warnings), round(time.monotonic() - start, 3))
 
-    def _ask(self, request: bytes) -> dict[str, Any]:
+    def _ask(self, request: bytes) -> JSONObject:
         if self._process is None or self._process.poll() is not None:
             self._process = self._start()
         process = self._process
@@ -229,7 +230,7 @@ class _Worker:
         assert isinstance(answer, dict)
         return answer
 
-    def _died(self, process: subprocess.Popen[bytes]) -> dict[str, Any]:
+    def _died(self, process: subprocess.Popen[bytes]) -> JSONObject:
         status = process.wait()
         self._process = None
         name = signal.Signals(-status).name if status < 0 else f"status {status}"

@@ -8,8 +8,9 @@ import resource
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from prnav.aliases import JSONObject
 from prnav.episodes.check import duplicate_ids
 from prnav.episodes.files import read_episode_file
 from prnav.episodes.table import EpisodeTable
@@ -127,7 +128,7 @@ def check_episodes(path: Path, folder: Path, scenes: SceneSet | None) -> Found:
     return Found(facts, [f"its scenes are not here: {absent[0]}{more}"])
 
 
-def answer(request: dict[str, Any], folder: Path, data: str | None, memory: int) -> dict[str, Any]:
+def answer(request: JSONObject, folder: Path, data: str | None, memory: int) -> JSONObject:
     """What a request comes to: {"problem": text or None, "notes": [...], "warnings": [...]}."""
     path, kind = Path(request["path"]), request["kind"]
     if path.exists() and not path.is_file():

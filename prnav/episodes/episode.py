@@ -11,8 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
+from typing import NoReturn
 
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import EpisodeError
 from prnav.frames import quaternion_to_yaw
 
@@ -30,7 +31,7 @@ class Goal:
 
     position: Vector  #: (3,) world [m]
     radius: float | None = None  #: [m]; None where the file does not say
-    extra: dict[str, Any] = field(default_factory=dict)  #: unknown keys of the record, kept
+    extra: JSONObject = field(default_factory=dict)  #: unknown keys of the record, kept
     keys: tuple[str, ...] = field(default=GOAL_KEYS, repr=False, compare=False)  #: key order of the record
 
 
@@ -43,8 +44,8 @@ class Episode:
     start_position: Vector  #: (3,) world [m]
     start_rotation: Vector  #: unit quaternion x, y, z, w
     goals: tuple[Goal, ...]
-    info: dict[str, Any] = field(default_factory=dict)  #: geodesic_distance [m], difficulty, ...
-    extra: dict[str, Any] = field(default_factory=dict)  #: unknown keys of the record, kept
+    info: JSONObject = field(default_factory=dict)  #: geodesic_distance [m], difficulty, ...
+    extra: JSONObject = field(default_factory=dict)  #: unknown keys of the record, kept
     keys: tuple[str, ...] = field(default=EPISODE_KEYS, repr=False, compare=False)  #: key order of the record
 
     @property
@@ -63,7 +64,7 @@ class EpisodeDataset:
     """Episodes in file order, and the file's other top-level keys."""
 
     episodes: tuple[Episode, ...]
-    header: dict[str, Any] = field(default_factory=dict)
+    header: JSONObject = field(default_factory=dict)
 
     @property
     def scene_ids(self) -> tuple[str, ...]:
@@ -71,7 +72,7 @@ class EpisodeDataset:
         return tuple(dict.fromkeys(episode.scene_id for episode in self.episodes))
 
 
-def episode_from_record(record: Any, source: str, index: int) -> Episode:
+def episode_from_record(record: Untyped, source: str, index: int) -> Episode:
     """Episode from one JSON object.
 
     Args:
@@ -125,7 +126,7 @@ def episode_from_record(record: Any, source: str, index: int) -> Episode:
     )
 
 
-def episode_to_record(episode: Episode) -> dict[str, Any]:
+def episode_to_record(episode: Episode) -> JSONObject:
     """JSON object of an episode: the inverse of :func:`episode_from_record`."""
     values = {
         "episode_id": episode.episode_id,
@@ -146,7 +147,7 @@ def episode_to_record(episode: Episode) -> dict[str, Any]:
     return _ordered(values, originals, episode.keys)
 
 
-def _goal_from_record(record: Any, where: str, index: int) -> Goal:
+def _goal_from_record(record: Untyped, where: str, index: int) -> Goal:
     name = f"goals[{index}]"
     if not isinstance(record, Mapping):
         _refuse(where, name, record, "an object with keys position, radius")
@@ -161,14 +162,14 @@ def _goal_from_record(record: Any, where: str, index: int) -> Goal:
     )
 
 
-def _goal_to_record(goal: Goal) -> dict[str, Any]:
-    values: dict[str, Any] = {"position": list(goal.position), "radius": goal.radius}
+def _goal_to_record(goal: Goal) -> JSONObject:
+    values: JSONObject = {"position": list(goal.position), "radius": goal.radius}
     if goal.radius is None and "radius" not in goal.keys:
         del values["radius"]
     return _ordered(values, goal.extra, goal.keys)
 
 
-def _ordered(values: dict[str, Any], extra: dict[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+def _ordered(values: JSONObject, extra: JSONObject, keys: tuple[str, ...]) -> JSONObject:
     every = {**extra, **values}
     return {key: every[key] for key in dict.fromkeys((*keys, *values, *extra)) if key in every}
 
@@ -176,33 +177,33 @@ def _ordered(values: dict[str, Any], extra: dict[str, Any], keys: tuple[str, ...
 _KEYS: dict[tuple[str, ...], tuple[str, ...]] = {EPISODE_KEYS: EPISODE_KEYS, GOAL_KEYS: GOAL_KEYS}
 
 
-def _intern_keys(record: Mapping[str, Any]) -> tuple[str, ...]:
+def _intern_keys(record: Mapping[str, JSON]) -> tuple[str, ...]:
     """The record's keys, one tuple shared by the records that have the same."""
     keys = tuple(record)
     return _KEYS.setdefault(keys, keys) if len(_KEYS) < 1000 else keys
 
 
-def _get(record: Mapping[str, Any], key: str, where: str, prefix: str = "") -> Any:
+def _get(record: Mapping[str, JSON], key: str, where: str, prefix: str = "") -> Untyped:
     if key not in record:
         raise EpisodeError(f"{where}: key {prefix + key!r} is missing")
     return record[key]
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Untyped) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MAX_COORDINATE
 
 
-def _vector(value: Any, size: int, where: str, key: str) -> Vector:
+def _vector(value: Untyped, size: int, where: str, key: str) -> Vector:
     if not isinstance(value, list) or len(value) != size or not all(map(_is_number, value)):
         _refuse(where, key, value, f"a list of {size} finite numbers of size at most {MAX_COORDINATE:g}")
     return tuple(value)
 
 
-def _refuse(where: str, key: str, value: Any, valid: str) -> NoReturn:
+def _refuse(where: str, key: str, value: Untyped, valid: str) -> NoReturn:
     raise EpisodeError(f"{where}: {key!r} is {_show(value)}; it must be {valid}")
 
 
-def _show(value: Any) -> str:
+def _show(value: Untyped) -> str:
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints

@@ -14,8 +14,8 @@ import os
 import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSONObject
 from prnav.episodes.episode import Episode, EpisodeDataset, episode_from_record, episode_to_record
 from prnav.errors import EpisodeError
 from prnav.files import atomic_path, write_bytes
@@ -40,7 +40,7 @@ def load_episodes(path: str | Path, split: str | None = None) -> EpisodeDataset:
     Raises:
         EpisodeError: nothing there, not JSON, damaged, or an episode that is not one; names file, episode and key.
     """
-    header: dict[str, Any] = {}
+    header: JSONObject = {}
     episodes: list[Episode] = []
     for file in episode_files(path, split):
         file_header, file_episodes = read_episode_file(file)
@@ -97,7 +97,7 @@ def _split_file(path: Path, split: str | None) -> Path:
     raise EpisodeError(f"{path}: {wanted} here; valid: {', '.join(splits)}")
 
 
-def read_episode_file(path: Path) -> tuple[dict[str, Any], list[Episode]]:
+def read_episode_file(path: Path) -> tuple[JSONObject, list[Episode]]:
     """Top-level keys other than ``episodes``, and the episodes, of one file (``content`` files not included).
 
     Raises:
@@ -171,7 +171,7 @@ def save_episodes(dataset: EpisodeDataset, path: str | Path, content: bool = Fal
     return [*written, path]
 
 
-def write_episode_stream(path: str | Path, header: dict[str, Any], records: Iterable[str]) -> None:
+def write_episode_stream(path: str | Path, header: JSONObject, records: Iterable[str]) -> None:
     """Write a ``.json.gz`` file from the JSON texts of its episodes, one after another; it is never half written.
 
     Packed less tightly than :func:`save_episodes` does, at a fraction of the time.
@@ -188,7 +188,7 @@ def write_episode_stream(path: str | Path, header: dict[str, Any], records: Iter
             file.write(b"]}")
 
 
-def read_header(path: Path) -> dict[str, Any] | None:
+def read_header(path: Path) -> JSONObject | None:
     """Top-level keys before ``episodes`` of a ``.json.gz`` file, without reading on; None where there is no such file.
 
     A file that is damaged in its first :data:`HEADER_BYTES` bytes, or that has no ``episodes`` there, counts as none.
@@ -216,7 +216,7 @@ def _stem(name: str) -> str:
     return name.split(".", 1)[0] or name.strip(".")
 
 
-def _encode(header: dict[str, Any], episodes: Iterable[Episode], name: str) -> bytes:
+def _encode(header: JSONObject, episodes: Iterable[Episode], name: str) -> bytes:
     text = json.dumps({**header, "episodes": list(_records(episodes))})
     if not name.endswith(".gz"):
         return text.encode()
@@ -226,5 +226,5 @@ def _encode(header: dict[str, Any], episodes: Iterable[Episode], name: str) -> b
     return buffer.getvalue()
 
 
-def _records(episodes: Iterable[Episode]) -> Iterator[dict[str, Any]]:
+def _records(episodes: Iterable[Episode]) -> Iterator[JSONObject]:
     return (episode_to_record(episode) for episode in episodes)

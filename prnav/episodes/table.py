@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.episodes.episode import Episode, EpisodeDataset, Goal
 from prnav.episodes.files import episode_files, read_episode_file
 from prnav.errors import EpisodeError
@@ -42,12 +42,12 @@ class EpisodeTable:
         """Scene of one row."""
         return self.scene_ids[self.scene_index[row]]
 
-    def take(self, rows: NDArray[np.integer[Any]]) -> EpisodeTable:
+    def take(self, rows: NDArray[np.integer[Untyped]]) -> EpisodeTable:
         """The table of some rows; scenes keep their numbers."""
         columns = {name: values[rows] for name, values in self.to_arrays().items()}
         return EpisodeTable(self.scene_ids, **columns)
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, Array]:
         """The columns by name."""
         return {name: value for name, value in vars(self).items() if name != "scene_ids"}
 
@@ -128,7 +128,7 @@ def concatenate_tables(tables: Sequence[EpisodeTable]) -> EpisodeTable:
     """One table of several, rows in order; scenes are numbered by first appearance."""
     scene_ids = tuple(dict.fromkeys(scene_id for table in tables for scene_id in table.scene_ids))
     number = {scene_id: index for index, scene_id in enumerate(scene_ids)}
-    columns: dict[str, Any] = {
+    columns: JSONObject = {
         name: np.concatenate([table.to_arrays()[name] for table in tables])
         for name in tables[0].to_arrays()
         if name != "scene_index"
@@ -137,13 +137,13 @@ def concatenate_tables(tables: Sequence[EpisodeTable]) -> EpisodeTable:
     return EpisodeTable(scene_ids=scene_ids, scene_index=np.concatenate(scene_index), **columns)
 
 
-def load_episode_table(path: str | Path, split: str | None = None) -> tuple[EpisodeTable, dict[str, Any]]:
+def load_episode_table(path: str | Path, split: str | None = None) -> tuple[EpisodeTable, JSONObject]:
     """Columns and header of a data set on disk, read file by file so that the objects never stand in memory at once.
 
     Raises:
         EpisodeError: as :func:`~prnav.episodes.files.load_episodes`.
     """
-    header: dict[str, Any] = {}
+    header: JSONObject = {}
     tables = []
     for file in episode_files(path, split):
         file_header, episodes = read_episode_file(file)

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from prnav.contracts import Evaluation
+from prnav.contracts.measures import MEASURES
 from prnav.evaluate.intervals import Interval, interval_over_run_groups, interval_over_runs, paired_difference
-from prnav.evaluate.summary import MEASURES, column
+from prnav.evaluate.summary import column
 
 COMPARED: tuple[str, ...] = ("success", "spl", "soft_spl", "soft_spl_closest", "distance_to_goal", "collisions")
 """Measures of which differences are told."""

@@ -6,20 +6,18 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from numpy.typing import NDArray
-
+from prnav.aliases import Array, JSONObject
 from prnav.cache import hash_arrays
 from prnav.catalog import task_spec
 from prnav.config import config_hash
 from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.errors import CheckpointError
+from prnav.evaluate.run_facts import read_facts
 from prnav.policy import Policy, build_policy
-from prnav.schema import read_json
 from prnav.train.checkpoint import load_policy_weights
 from prnav.train.config import TrainConfig
-from prnav.train.run_folder import FACTS, RunFolder
+from prnav.train.run_folder import RunFolder
 from prnav.train.trainer import load_policy
 
 
@@ -32,8 +30,8 @@ class TrainedRun:
     observation_specs: ObservationSpecs
     """Of the observations that the policy takes."""
     action_spec: ActionSpec
-    weights: dict[str, NDArray[Any]]
-    facts: dict[str, Any]
+    weights: dict[str, Array]
+    facts: JSONObject
     """Where the weights come from: encoder, budget, seed, hashes of the weights and of the recipe."""
 
     def build(self) -> Policy:
@@ -56,7 +54,8 @@ def load_run(directory: str | Path, warn: Callable[[str], None]) -> TrainedRun:
         raise CheckpointError(f"run {directory}: there is no such folder; give one that prnav-train made (--run DIR)")
     folder = RunFolder(path)
     config = folder.load_config()
-    told = _facts(folder.facts_path)
+    told = read_facts(path, CheckpointError)
+    told = {**told, **told.get("data", {})}
     made_for = told.get("benchmark")
     current = task_spec(config.task).evaluation.current_benchmark(made_for) if isinstance(made_for, str) else made_for
     if made_for != current:
@@ -84,11 +83,3 @@ def recipe(config: TrainConfig) -> str:
     plain = TrainConfig()
     same = {name: getattr(plain, name) for name in ("name", "seed", "device", "threads", "checkpoint_steps", "window")}
     return config_hash(dataclasses.replace(config, keep_checkpoints=plain.keep_checkpoints, **same))
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    """The run's ``run.json``; a run without one says nothing."""
-    if not path.exists():
-        return {}
-    facts: dict[str, Any] = read_json(path, FACTS, CheckpointError, "restore it or delete it")
-    return {**facts, **facts.get("data", {})}

@@ -3,12 +3,11 @@
 A folder holds ``evaluation.json`` (what was evaluated: agent, episodes, seed, body, version), ``records.jsonl`` (one
 row per episode, in the order of the episode list) and ``trajectories.npz`` (in the same order). While an evaluation
 runs, finished episodes are appended to ``records.jsonl`` in blocks, each after its trajectories are safe in
-``trajectories.partial/``; a killed evaluation goes on after its last whole block and ends with the same bytes.
+``trajectories.partial/``; a killed evaluation resumes after its last whole block and ends with the same bytes.
 """
 
 from __future__ import annotations
 
-import fcntl
 import json
 import math
 import os
@@ -16,16 +15,16 @@ import shutil
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Array, JSONObject, Untyped
 from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Header, Played, Trace
 from prnav.errors import ConfigError, RecordError
 from prnav.evaluate.record_kinds import HEADER, TRACES, check_rows
 from prnav.files import atomic_path, read_regular, remove_parts, write_text
+from prnav.locks import FolderLock
 from prnav.schema import read_json
 from prnav.stored_arrays import BROKEN, read_arrays
 
@@ -60,22 +59,17 @@ class RecordWriter:
         RecordError: another process writes here, the folder holds another unfinished evaluation, or a broken row.
     """
 
-    def __init__(self, directory: str | Path, header: Mapping[str, Any], restart: bool = False) -> None:
+    def __init__(self, directory: str | Path, header: Mapping[str, JSON], restart: bool = False) -> None:
         self.directory = Path(directory)
-        self._header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
+        self._header: JSONObject = json.loads(json.dumps({"format": FORMAT, **header}))
         self.directory.mkdir(parents=True, exist_ok=True)
-        self._lock = open(self.directory / ".lock", "a")  # noqa: SIM115 (closed in __exit__)
+        self._lock = FolderLock(self.directory)
+        if not self._lock.acquire():
+            raise RecordError(f"{self.directory}: another evaluation writes here; wait for it or choose another --out")
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self._lock.close()
-            raise RecordError(
-                f"{self.directory}: another evaluation writes here; wait for it or choose another --out"
-            ) from error
-        try:
-            self.rows: dict[EpisodeId, dict[str, Any]] = {} if restart else self._recover()
+            self.rows: dict[EpisodeId, JSONObject] = {} if restart else self._recover()
         except RecordError:
-            self._lock.close()
+            self._lock.release()
             raise
         remove_parts(self.directory)
         remove_parts(self.directory / PARTIAL)
@@ -93,7 +87,7 @@ class RecordWriter:
         try:
             self._flush()
         finally:
-            self._lock.close()
+            self._lock.release()
 
     def add(self, played: Played) -> None:
         """Keep an episode; it is safe on disk once its block is full or old enough."""
@@ -103,12 +97,12 @@ class RecordWriter:
         if len(self._block) >= BLOCK_EPISODES or time.monotonic() - self._block_started > BLOCK_SECONDS:
             self._flush()
 
-    def all_rows(self, order: Sequence[EpisodeId]) -> list[dict[str, Any]]:
+    def all_rows(self, order: Sequence[EpisodeId]) -> list[JSONObject]:
         """Rows of all episodes in this order, once each has been added."""
         self._flush()
         return [self.rows[episode] for episode in order]
 
-    def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, Any]) -> Evaluation:
+    def finish(self, order: Sequence[EpisodeId], extra: Mapping[str, JSON]) -> Evaluation:
         """Put rows and trajectories in the order of the episode list and mark the evaluation finished.
 
         Args:
@@ -142,7 +136,7 @@ class RecordWriter:
         self._parts += 1
         self._block = []
 
-    def _recover(self) -> dict[EpisodeId, dict[str, Any]]:
+    def _recover(self) -> dict[EpisodeId, JSONObject]:
         """Rows that an interrupted evaluation left; a last row that was cut short is cut off the file."""
         if not (self.directory / EVALUATION).exists():
             return {}
@@ -181,7 +175,7 @@ def load_evaluation(directory: str | Path) -> Evaluation:
     directory = Path(directory)
     header = _read_header(directory)
     if not header.get("finished"):
-        raise RecordError(f"{directory}: the evaluation is unfinished; run the same prnav-eval command to go on")
+        raise RecordError(f"{directory}: the evaluation is unfinished; give the same prnav-eval command to resume it")
     path = directory / RECORDS
     try:
         rows = _parse_rows(path, read_regular(path))
@@ -207,7 +201,7 @@ def load_traces(evaluation: Evaluation) -> list[Trace]:
     except KeyError as error:
         raise RecordError(f"{path}: lacks episode {error}; {_AGAIN}") from error
     for row, track in zip(evaluation.rows, tracks, strict=True):
-        if "steps" in row and row["steps"] != len(track):
+        if "steps" in row and row["steps"] != len(track) * evaluation.header.get("action_repeat", 1):
             raise RecordError(
                 f"{path}: episode {_episode(row)} has {len(track)} steps and {row['steps']:g} in {RECORDS}; {_AGAIN}"
             )
@@ -231,15 +225,15 @@ def find_evaluations(run: str | Path) -> list[Path]:
     return sorted(path.parent for path in (run / "eval").glob(f"*/{EVALUATION}"))
 
 
-def _episode(row: Mapping[str, Any]) -> EpisodeId:
+def _episode(row: Mapping[str, JSON]) -> EpisodeId:
     return str(row["scene_id"]), str(row["episode_id"])
 
 
-def _dump(value: Any, indent: int | None = None) -> str:
+def _dump(value: Untyped, indent: int | None = None) -> str:
     return json.dumps(_plain(value), allow_nan=False, indent=indent)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Untyped) -> Untyped:
     """The value in JSON's own types; infinity becomes null, NaN stays and is refused."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
@@ -250,16 +244,16 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and math.isinf(value) else value
 
 
-def _read_header(directory: Path) -> dict[str, Any]:
+def _read_header(directory: Path) -> JSONObject:
     path = directory / EVALUATION
-    header: dict[str, Any] = read_json(path, HEADER, RecordError, "evaluate again with prnav-eval --restart")
+    header: JSONObject = read_json(path, HEADER, RecordError, "evaluate again with prnav-eval --restart")
     check_benchmark(header, path)
     if header["format"] > FORMAT:
         raise RecordError(f"{path}: format {header['format']} is newer than {FORMAT}, the newest known; update prnav")
     return header
 
 
-def _parse_rows(path: Path, data: bytes) -> list[dict[str, Any]]:
+def _parse_rows(path: Path, data: bytes) -> list[JSONObject]:
     rows = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
@@ -293,7 +287,7 @@ def check_benchmark(header: Header, path: Path) -> None:
 def _write_traces(path: Path, traces: Mapping[EpisodeId, Trace]) -> None:
     """All arrays end to end: those of states have T + 1 rows an episode, those of steps T."""
     items = list(traces.values())
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, Array] = {
         "scene_id": np.array([scene for scene, _ in traces], dtype=np.str_),
         "episode_id": np.array([episode for _, episode in traces], dtype=np.str_),
         "steps": np.array([len(item) for item in items], dtype=np.int64),

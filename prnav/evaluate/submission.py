@@ -9,10 +9,10 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import JSONObject
 from prnav.catalog import task_spec
 from prnav.contracts import Evaluation
 from prnav.errors import ConfigError, RecordError
@@ -84,8 +84,8 @@ def verify_submission(path: str | Path, records: str | Path | None = None) -> Ev
     return evaluation
 
 
-def _read(path: Path) -> dict[str, Any]:
-    told: dict[str, Any] = read_json(path, MapOf(Anything()), RecordError, "give a file that prnav-eval --submit wrote")
+def _read(path: Path) -> JSONObject:
+    told: JSONObject = read_json(path, MapOf(Anything()), RecordError, "give a file that prnav-eval --submit wrote")
     if told.get("kind") != KIND:
         raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
     if told.get("format") != FORMAT:

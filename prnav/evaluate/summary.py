@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON
 from prnav.contracts.measures import BY_KEY, MEASURES
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import RESAMPLES, Interval, bootstrap_intervals
 
 
-def column(rows: Sequence[Mapping[str, Any]], key: str) -> NDArray[np.float64]:
+def column(rows: Sequence[Mapping[str, JSON]], key: str) -> NDArray[np.float64]:
     """Values of a measure, one per episode, shape (E,); infinity where a record says null (never reached)."""
     try:
         return np.array([np.inf if row[key] is None else float(row[key]) for row in rows], dtype=np.float64)
@@ -21,7 +21,7 @@ def column(rows: Sequence[Mapping[str, Any]], key: str) -> NDArray[np.float64]:
         raise RecordError(f"records: a row lacks the measure {key!r} or it is no number; evaluate again") from error
 
 
-def summarise(rows: Sequence[Mapping[str, Any]], resamples: int = RESAMPLES, seed: int = 0) -> dict[str, Interval]:
+def summarise(rows: Sequence[Mapping[str, JSON]], resamples: int = RESAMPLES, seed: int = 0) -> dict[str, Interval]:
     """Mean and 95 % interval of every measure the rows have, in the order of :data:`prnav.contracts.MEASURES`.
 
     A measure that is infinite in some episode (the distance to a goal that cannot be reached) has an infinite mean.

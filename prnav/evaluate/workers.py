@@ -10,8 +10,9 @@ import multiprocessing
 import queue
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.queues import Queue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from prnav.aliases import Untyped
 from prnav.catalog import task_spec
 from prnav.contracts import Played, TaskConfig
 from prnav.errors import PrnavError
@@ -40,7 +41,7 @@ def play_in_processes(
     """
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
-    answers: Queue[Any] = context.Queue()
+    answers: Queue[Untyped] = context.Queue()
     asked = (questions.task, questions.config, questions.limit)
     slots = -(-player.num_envs // workers)
     arguments = (player, asked, list(todo), seed, slots, counter, answers)
@@ -76,8 +77,8 @@ def _work(
     todo: Sequence[int],
     seed: int,
     num_slots: int,
-    counter: Any,
-    answers: Queue[Any],
+    counter: Untyped,
+    answers: Queue[Untyped],
 ) -> None:
     """Play until no episode is left."""
     try:
@@ -90,7 +91,7 @@ def _work(
     answers.join_thread()
 
 
-def _next(todo: Sequence[int], counter: Any) -> Iterator[int]:
+def _next(todo: Sequence[int], counter: Untyped) -> Iterator[int]:
     """Episodes that no other worker has taken."""
     while True:
         with counter.get_lock():

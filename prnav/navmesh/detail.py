@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from prnav.navmesh.compact import CompactField
 from prnav.navmesh.delaunay import delaunay_triangles, hull_triangles, vertical_errors
+from prnav.navmesh.outlines import outline_distance, segment_distance, smallest_extent
 from prnav.navmesh.polygons import GridPolygons
 from prnav.navmesh.settings import NavMeshSettings
 
@@ -80,7 +81,7 @@ def height_detail(
             )
             num_points, num_hull = _outline(points, count, sampling, max_error, size, radius, boxes[p], heights, hull)
         num = hull_triangles(points, hull, num_hull, count, triangles)
-        if sampling > 0 and _smallest_extent(points, count) >= 2 * sampling:
+        if sampling > 0 and smallest_extent(points, count) >= 2 * sampling:
             num_points, num = _add_inner_points(
                 points,
                 count,
@@ -310,54 +311,6 @@ def _height(x, y, z, size, radius, box, heights):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _segment_distance(x, y, z, ax, ay, az, bx, by, bz):
-    """Squared distance of a point to the segment from a to b."""
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    length = dx * dx + dy * dy + dz * dz
-    t = dx * (x - ax) + dy * (y - ay) + dz * (z - az)
-    if length > 0:
-        t /= length
-    t = min(max(t, np.float32(0)), np.float32(1))
-    px, py, pz = ax + t * dx - x, ay + t * dy - y, az + t * dz - z
-    return px * px + py * py + pz * pz
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _smallest_extent(points, count):
-    """Width of a polygon across its narrowest side."""
-    flat = np.float32(0)
-    smallest = np.float32(np.inf)
-    for i in range(count):
-        following = (i + 1) % count
-        ax, az = points[i, 0], points[i, 2]
-        bx, bz = points[following, 0], points[following, 2]
-        largest = np.float32(0)
-        for j in range(count):
-            if j != i and j != following:
-                distance = _segment_distance(points[j, 0], flat, points[j, 2], ax, flat, az, bx, flat, bz)
-                largest = max(largest, distance)
-        smallest = min(smallest, largest)
-    return math.sqrt(smallest)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _outline_distance(points, count, x, z):
-    """Squared distance of a place to a polygon's outline in the ground plane, negative inside."""
-    flat = np.float32(0)
-    nearest = np.float32(np.inf)
-    inside = False
-    before = count - 1
-    for i in range(count):
-        ax, az = points[before, 0], points[before, 2]
-        bx, bz = points[i, 0], points[i, 2]
-        if (bz > z) != (az > z) and x < (ax - bx) * (z - bz) / (az - bz) + bx:
-            inside = not inside
-        nearest = min(nearest, _segment_distance(x, flat, z, ax, flat, az, bx, flat, bz))
-        before = i
-    return -nearest if inside else nearest
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _outline(points, count, sampling, max_error, size, radius, box, heights, hull):
     """Add the vertices that the outline's height needs; fills ``hull``, returns the numbers of points and of hull."""
     num_points = count
@@ -397,7 +350,7 @@ def _outline(points, count, sampling, max_error, size, radius, box, heights, hul
             largest = np.float32(0)
             farthest = -1
             for m in range(first + 1, last):
-                deviation = _segment_distance(
+                deviation = segment_distance(
                     edge[m, 0],
                     edge[m, 1],
                     edge[m, 2],
@@ -441,7 +394,7 @@ def _samples(points, count, low, high, sampling, size, radius, box, heights, sam
         for row in range(low[0], high[0]):
             x = np.float32(row) * sampling
             z = np.float32(column) * sampling
-            if _outline_distance(points, count, x, z) > -sampling / np.float32(2):
+            if outline_distance(points, count, x, z) > -sampling / np.float32(2):
                 continue
             # off the grid by a little, as symmetric points triangulate badly: pseudo-random numbers in -1..1
             jitter_x = np.float32((num * 0x8DA6B343) & 0xFFFF) / np.float32(65535) * np.float32(2) - np.float32(1)

@@ -11,11 +11,11 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.errors import NavMeshError
 from prnav.navmesh.detour_format import (
     CONNECTION_SIZE,
@@ -45,10 +45,10 @@ HABITAT_DISABLED = 4  #: polygon flag of Habitat for polygons of no area
 class Tile:
     """One Detour tile, its sections as arrays of the file's own types."""
 
-    header: Any
+    header: Untyped
     verts: NDArray[np.float64]
-    polys: NDArray[Any]
-    details: NDArray[Any]
+    polys: Array
+    details: Array
     detail_verts: NDArray[np.float64]
     detail_tris: NDArray[np.uint8]
 
@@ -128,10 +128,10 @@ def parse_navmesh(data: bytes, source: str) -> NavMeshFile:
     )
 
 
-def _settings(stored: Any, tiles: list[Tile], source: str) -> NavMeshSettings:
+def _settings(stored: Untyped, tiles: list[Tile], source: str) -> NavMeshSettings:
     header = tiles[0].header
     quantisation = float(header["quantisation"])
-    values: dict[str, Any] = {
+    values: JSONObject = {
         "cell_size": 1.0 / quantisation if np.isfinite(quantisation) and quantisation > 1e-3 else 0.05,
         "agent_height": float(header["walkable_height"]),
         "agent_radius": float(header["walkable_radius"]),
@@ -181,7 +181,7 @@ def _tile(data: bytes, where: str) -> Tile:
     if header["details"] != header["polys"]:
         raise NavMeshError(f"{where}: {int(header['details'])} detail meshes for {int(header['polys'])} polygons")
 
-    def section(name: str, kind: Any, width: int = 1) -> NDArray[Any]:
+    def section(name: str, kind: Untyped, width: int = 1) -> Array:
         return np.frombuffer(data, kind, int(header[name]) * width, at[name])
 
     def points(name: str) -> NDArray[np.float64]:
@@ -309,5 +309,5 @@ def _csr(counts: list[int]) -> NDArray[np.int32]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
 
-def _rows(parts: list[NDArray[Any]], kind: Any) -> NDArray[Any]:
+def _rows(parts: list[Array], kind: Untyped) -> Array:
     return np.concatenate([*parts, np.zeros((0, 3), kind)]).astype(kind)

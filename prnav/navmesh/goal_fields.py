@@ -6,11 +6,11 @@ Before: :mod:`.navmesh_set`, :mod:`.geodesic`, :mod:`.windows`. After: rewards a
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, JSONObject
 from prnav.arguments import has_fractions, whole
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries, windows
@@ -29,7 +29,7 @@ class _Pool:
     def __init__(self, slots: int, rows: int, *columns: tuple[int, type]):
         self.place = np.zeros(slots, np.int64)
         self.room = np.zeros(slots, np.int64)
-        self.arrays: list[NDArray[Any]] = [np.empty((rows, width) if width else rows, kind) for width, kind in columns]
+        self.arrays: list[Array] = [np.empty((rows, width) if width else rows, kind) for width, kind in columns]
         self.used = 0
 
     def claim(self, slot: int, rows: int) -> slice:
@@ -163,11 +163,11 @@ class GoalFields:
         """Memory that prepared goals take [B]."""
         return sum(a.nbytes for pool in (self._start, self._windows, self._roots) for a in pool.arrays)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> JSONObject:
         """All but the lock, for copies and pickles."""
         return {name: value for name, value in self.__dict__.items() if name != "_lock"}
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def __setstate__(self, state: JSONObject) -> None:
         """Take over :meth:`__getstate__`'s."""
         self.__dict__.update(state, _lock=threading.Lock())
 

@@ -6,11 +6,11 @@ Before: :mod:`.navmesh`. After: :mod:`.goal_fields` and the simulator.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import NavMeshError
 from prnav.navmesh import queries
 from prnav.navmesh.navmesh import NavMesh
@@ -32,7 +32,7 @@ class NavMeshSet:
         self.surface = concatenate_surfaces([navmesh.surface for navmesh in self.navmeshes])
         self._pool = ScratchPool(self.surface)
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> NavMeshSet:
+    def __deepcopy__(self, memo: dict[int, Untyped]) -> NavMeshSet:
         """Nothing in it ever changes: copies share it."""
         return self
 

@@ -10,10 +10,11 @@ Before: :mod:`.build` or :mod:`.detour`. After: :mod:`.surface`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import Array
 
 FLAG_WALK = 1  #: the polygon can be walked (Habitat's ``POLYFLAGS_WALK``)
 
@@ -67,7 +68,7 @@ class PolyMesh:
         """Polygon that each entry of polygon_vertices belongs to, (C,)."""
         return np.repeat(np.arange(self.num_polygons, dtype=np.int32), np.diff(self.polygon_start))
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, Array]:
         """The fields by name, as :class:`PolyMesh` takes them."""
         return dict(vars(self))
 

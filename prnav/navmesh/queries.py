@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 COLLISION = 1e-5  #: Habitat's: squared lengths differing by less are no collision [m2]
+BESIDE = 1e-3  #: farther from the floor in the ground plane, a start is beside it and no rounding error [m]
 NUDGE = 1e-4  #: Habitat's: how far a move that ends on an infinitely thin wall is moved off it [m]
 
 
@@ -118,7 +119,8 @@ def move(
     """Where moves end (N, 3) and whether something was in the way (N,).
 
     As in Habitat, a start with no floor in reach stays where it is, and so does one that meets a wall while its
-    wanted end lies nearest to another island, and without sliding one beside the floor whose way leads off it.
+    wanted end lies nearest to another island. Without sliding, one beside the floor is put on the floor's edge and
+    goes no farther in this step.
     """
     origins, polygons = find(surface, scenes, starts)
     positions = starts.copy()
@@ -133,23 +135,15 @@ def move(
         rows = rows[~stuck]
         if sliding:
             step.slide(surface, rows, polygons, origins, ends, positions, last)
-        else:
-            # off the floor and blocked at its border: no way leads on, and the agent is not put onto the floor either
-            beside = _apart(starts[rows], origins[rows]) > TOUCH
-            held = rows[beside & (_apart(positions[rows], origins[rows]) <= TOUCH)]
-            positions[held], last[held] = starts[held], -1
-            rows = rows[last[rows] >= 0]
         locate.place_on_floor(surface, last, positions)
         _, found = find(surface, scenes[rows], positions[rows])
         again = np.full(len(starts), -1, np.int32)
         again[rows] = found
         step.nudge(surface, rows, last, again, positions, NUDGE)
+    if not sliding:
+        beside = (last >= 0) & (np.hypot(*(starts - origins)[:, [0, 2]].T) > BESIDE)
+        positions[beside], last[beside] = origins[beside], polygons[beside]
     locate.place_on_floor(surface, last, positions)
     wanted, moved = ends - starts, positions - starts
     collided = np.einsum("ij,ij->i", moved, moved) + COLLISION < np.einsum("ij,ij->i", wanted, wanted)
     return positions, collided
-
-
-def _apart(a: Floats, b: Floats) -> Floats:
-    """Distance of points (N, 3) in the ground plane, (N,)."""
-    return np.hypot(a[:, 0] - b[:, 0], a[:, 2] - b[:, 2])

@@ -8,11 +8,12 @@ Before: :mod:`.surface`. After: :mod:`.geodesic`.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.errors import NavMeshError
 from prnav.navmesh.surface import Surface
 
@@ -96,7 +97,7 @@ def _new_scratch(surface: Surface) -> Scratch:
     )
 
 
-def _window_arrays(windows: int) -> dict[str, NDArray[Any]]:
+def _window_arrays(windows: int) -> dict[str, Array]:
     return {
         "nodes": np.empty((windows, 3), np.int32),
         "ends": np.empty((windows, 2)),

@@ -10,11 +10,11 @@ Before: the tiles of :mod:`.detour`. After: :mod:`.polymesh`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import NavMeshError
 
 SLACK = 0.01  #: Detour's: borders this far apart are the same line, overlaps shorter than twice this are none [m]
@@ -58,7 +58,7 @@ class _Segment:
 
 
 def stitch(
-    vertices: NDArray[np.float64], loops: list[Loop], border: list[BorderEdge], headers: list[Any], source: str
+    vertices: NDArray[np.float64], loops: list[Loop], border: list[BorderEdge], headers: list[Untyped], source: str
 ) -> tuple[NDArray[np.float64], list[Loop]]:
     """Vertices and polygons with the border edges of neighbouring tiles joined.
 
@@ -140,7 +140,7 @@ def _meet(a: _Segment, b: _Segment, climb: float) -> bool:
     return below * above < 0 or min(abs(below), abs(above)) <= 2 * climb
 
 
-def _link(a: _Segment, b: _Segment, parent: NDArray[np.int64], root: Any) -> None:
+def _link(a: _Segment, b: _Segment, parent: NDArray[np.int64], root: Untyped) -> None:
     chosen = []
     for end in (0, 1):
         near, far = (a.low, b.low) if end == 0 else (a.high, b.high)
@@ -157,7 +157,7 @@ def _link(a: _Segment, b: _Segment, parent: NDArray[np.int64], root: Any) -> Non
     b.overlaps.append((low, high, chosen[0], chosen[1], a.polygon))
 
 
-def _split(loop: Loop, segments: dict[int, _Segment], root: Any) -> Loop:
+def _split(loop: Loop, segments: dict[int, _Segment], root: Untyped) -> Loop:
     vertices: list[int] = []
     neighbours: list[int] = []
     count = len(loop.vertices)

@@ -7,11 +7,12 @@ they learn as observers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.contracts.agents import Agent, Turn
 from prnav.contracts.envs import EpisodeSlots
 from prnav.contracts.records import Outcome, Played, Trace
@@ -82,7 +83,7 @@ def play(
         playing[free] = -1
 
 
-def _observe(slots: EpisodeSlots, active: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+def _observe(slots: EpisodeSlots, active: NDArray[np.bool_]) -> dict[str, Array]:
     """Observations (N, ...), zeros in idle slots: what nobody will use need not be rendered."""
     rows = np.flatnonzero(active)
     observations = slots.observe(rows)
@@ -123,8 +124,8 @@ class TraceRecorder:
     def __init__(self, on_played: Callable[[Played], None], length: int = 64) -> None:
         self.on_played = on_played
         self._length = length
-        self._states: dict[str, NDArray[Any]] = {}
-        self._events: dict[str, NDArray[Any]] = {}
+        self._states: dict[str, Array] = {}
+        self._events: dict[str, Array] = {}
         self._steps = np.zeros(0, np.int64)
 
     def begun(self, slots: EpisodeSlots, rows: Rows) -> None:
@@ -149,8 +150,8 @@ class TraceRecorder:
 
     def _write(
         self,
-        storage: dict[str, NDArray[Any]],
-        values: Mapping[str, NDArray[Any]],
+        storage: dict[str, Array],
+        values: Mapping[str, Array],
         rows: Rows,
         time: Rows,
         count: int,

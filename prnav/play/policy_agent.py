@@ -6,12 +6,12 @@ up. A row's answer then does not depend on how many slots there are, which is wh
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.contracts.agents import Turn
 from prnav.errors import CheckpointError
 from prnav.play.noise import uniforms_of_width
@@ -53,7 +53,7 @@ class PolicyAgent:
         self._states = [policy.initial_state(BLOCK) for _ in range(blocks)]
         self._previous = policy.initial_actions(num_slots).cpu().numpy()
 
-    def act(self, turn: Turn) -> NDArray[Any]:
+    def act(self, turn: Turn) -> Array:
         """Actions (N,), or (N, D), as the policy's action spec has them.
 
         Raises:
@@ -95,7 +95,7 @@ class PolicyAgent:
         parameters = torch.cat([idle if row is None else row for row in rows])[:count]
         return self.policy.head.distribution(parameters)
 
-    def _block(self, values: NDArray[Any]) -> torch.Tensor:
+    def _block(self, values: Array) -> torch.Tensor:
         """The rows (n, ...) followed by zeros up to BLOCK, on the device."""
         filled = np.zeros((BLOCK, *values.shape[1:]), dtype=values.dtype)
         filled[: len(values)] = values

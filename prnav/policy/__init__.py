@@ -6,8 +6,8 @@ specs and tensors, never environments.
 
 from prnav.policy.actions import ActionDistribution, ActionHead, Categorical, Gaussian, action_head
 from prnav.policy.actor_critic import Policy, PolicyStep, build_policy
-from prnav.policy.config import ENCODERS, PolicyConfig
-from prnav.policy.memory import MEMORIES, Cut, Cutter, Memory, State
+from prnav.policy.config import ENCODERS, MEMORIES, PolicyConfig
+from prnav.policy.memory import Cut, Cutter, Memory, MemoryState
 
 __all__ = [
     "ENCODERS",
@@ -22,7 +22,7 @@ __all__ = [
     "Policy",
     "PolicyConfig",
     "PolicyStep",
-    "State",
+    "MemoryState",
     "action_head",
     "build_policy",
 ]

@@ -7,7 +7,6 @@ states go in and come out, and the caller brings the random numbers.
 
 from __future__ import annotations
 
-import importlib
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +16,10 @@ from torch import Tensor, nn
 from prnav.contracts import ActionSpec, ObservationSpecs
 from prnav.policy.actions import ActionDistribution, action_head
 from prnav.policy.actions.head import small_network
-from prnav.policy.config import ENCODERS, PolicyConfig
-from prnav.policy.memory import MEMORIES, Cutter, Inputs, Memory, State
+from prnav.policy.config import ENCODERS, MEMORIES, PolicyConfig
+from prnav.policy.memory import Cutter, Inputs, Memory, MemoryState
 from prnav.policy.observed import Observations
+from prnav.registry import resolve
 
 FIXES = ("gps", "compass")
 """Observations that tell how far an agent has moved."""
@@ -32,7 +32,7 @@ class PolicyStep(NamedTuple):
     """Of the actions, N of them."""
     values: Tensor
     """Expected discounted return from here on, (N,)."""
-    state: State
+    state: MemoryState
     """The memory's state after this step."""
 
 
@@ -44,13 +44,13 @@ class Policy(nn.Module):
         self.config = config
         self.observation_specs = dict(observation_specs)
         self.head = action_head(action_spec)
-        self.encoder = _encoder(config, observation_specs)
+        self.encoder: nn.Module = resolve(ENCODERS, config.encoder)(config, observation_specs)
         self.encoder_type: torch.dtype | None = None
         """Type of the encoder's products, such as bfloat16; None is that of its weights."""
         self.action_embedding = self.head.previous() if config.previous_action else None
         self.has_fixes = set(FIXES) <= set(observation_specs)
         features = config.width + (self.head.previous_width if config.previous_action else 0)
-        self.core: Memory = MEMORIES[config.memory](features, config, self.has_fixes)
+        self.core: Memory = resolve(MEMORIES, config.memory)(features, config, self.has_fixes)
         self.actor = self.head.actor(self.core.outputs, config.head_hidden)
         self.critic = small_network(self.core.outputs, config.head_hidden, 1, gain=1.0)
 
@@ -64,7 +64,7 @@ class Policy(nn.Module):
         """Where the weights lie."""
         return next(self.parameters()).device
 
-    def initial_state(self, environments: int) -> State:
+    def initial_state(self, environments: int) -> MemoryState:
         """The memory's state of N environments before the first step."""
         return self.core.initial_state(environments)
 
@@ -72,7 +72,9 @@ class Policy(nn.Module):
         """Stands for the previous actions (N, ...) before the first step."""
         return self.head.none_yet(environments, device=self.device)
 
-    def step(self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State) -> PolicyStep:
+    def step(
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState
+    ) -> PolicyStep:
         """One step of N environments.
 
         Args:
@@ -86,7 +88,7 @@ class Policy(nn.Module):
         return PolicyStep(self.head.distribution(self.actor(outputs)), self.critic(outputs)[:, 0], after)
 
     def evaluate(
-        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State, plan: object
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState, plan: object
     ) -> tuple[ActionDistribution, Tensor]:
         """Distributions and values (M,) of the targets of a cut (:class:`prnav.policy.memory.Cut`).
 
@@ -106,7 +108,7 @@ class Policy(nn.Module):
         return self.core.cutter(starts.cpu().numpy(), self.device)
 
     def sequence(
-        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: State
+        self, observations: Observations, previous_actions: Tensor, starts: Tensor, state: MemoryState
     ) -> tuple[ActionDistribution, Tensor]:
         """A whole rollout at once; equals :meth:`step` done T times.
 
@@ -143,12 +145,6 @@ class Policy(nn.Module):
         with torch.autocast(self.device.type, dtype=self.encoder_type):
             encoding = self.encoder(observations)
             return encoding.float()
-
-
-def _encoder(config: PolicyConfig, specs: ObservationSpecs) -> nn.Module:
-    module, _, name = ENCODERS[config.encoder].partition(":")
-    encoder: nn.Module = getattr(importlib.import_module(module), name)(config, specs)
-    return encoder
 
 
 def build_policy(

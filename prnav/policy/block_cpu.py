@@ -14,7 +14,7 @@ Letters in shapes: B batch, S tokens, R = B * S rows, D width, F hidden units of
 from __future__ import annotations
 
 import threading
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.aliases import Untyped
 from prnav.policy.attention_kernels import attention_kernels, query_tile
 from prnav.policy.block_kernels import (
     add_row,
@@ -56,7 +57,7 @@ def _unfolded(d_weight: Tensor, d_bias: Tensor, weight: Tensor, gain: Tensor, sh
     )
 
 
-class Memory:
+class BlockMemory:
     """One piece of memory that matrices are cut from; used again once the last reference to it is gone.
 
     Fresh memory costs a page fault for every 4 KiB, which were a tenth of the time. The large pieces that wait are at
@@ -100,7 +101,7 @@ class Block(torch.autograd.Function):
     """(tokens, heads, keep, the block's 12 parameters in the order of its modules) -> tokens (B, S, D)."""
 
     @staticmethod
-    def forward(ctx: Any, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
+    def forward(ctx: Untyped, tokens: Tensor, heads: int, keep: bool, *parameters: Tensor) -> Tensor:
         """Tokens (B, S, D) after the block."""
         gain, shift, w_qkv, b_qkv, w_out, b_out, gain_2, shift_2, w_in, b_in, w_mlp, b_mlp = parameters
         batch, count, width = tokens.shape
@@ -110,9 +111,9 @@ class Block(torch.autograd.Function):
         source = tokens.reshape(rows, width)
         result = torch.empty_like(source)
         kept = rows if keep else most
-        memory = Memory([(kept, size) for size in (width, width, 3 * width, width, hidden)] + [(2, kept)])
+        memory = BlockMemory([(kept, size) for size in (width, width, 3 * width, width, hidden)] + [(2, kept)])
         first, second, qkv, attended, inner, scales = memory.matrices
-        passing = Memory([(most, hidden)])
+        passing = BlockMemory([(most, hidden)])
         (active,) = passing.matrices
         w_qkv, b_qkv = folded(w_qkv, b_qkv, gain, shift)
         w_in, b_in = folded(w_in, b_in, gain_2, shift_2)
@@ -143,7 +144,7 @@ class Block(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, outer: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of tokens and parameters."""
         first, second, qkv, attended, inner, scales = ctx.memory.matrices
         w_qkv, w_in, *parameters = ctx.saved_tensors
@@ -153,7 +154,7 @@ class Block(torch.autograd.Function):
         most, hidden = chunks[0][1], len(w_in)
         grad = outer.reshape(batch * count, width)
         result = torch.empty_like(grad)
-        passing = Memory([(most, size) for size in (hidden, hidden, width, 3 * width)])
+        passing = BlockMemory([(most, size) for size in (hidden, hidden, width, 3 * width)])
         active, d_inner, d_rows, d_qkv = passing.matrices
         d_w_qkv, d_w_out, d_w_in, d_w_mlp = (torch.zeros_like(w) for w in (w_qkv, w_out, w_in, w_mlp))
         sizes = [len(w) for w in (w_qkv, w_out, w_in, w_mlp)]
@@ -195,11 +196,11 @@ class Block(torch.autograd.Function):
         return (result.view(ctx.shape), None, None, *of_attention, *of_mlp)
 
 
-def _numpy(tensor: Tensor) -> Any:
+def _numpy(tensor: Tensor) -> Untyped:
     return tensor.detach().numpy()
 
 
-def work_space(head: int, count: int) -> list[Any]:
+def work_space(head: int, count: int) -> list[Untyped]:
     """Work space of :func:`attention_kernels`: the first four arrays of forward, all of backward."""
     across = query_tile(count)
     sizes = (head * across, count * across, across, across, count * across, across * head, across * head)
@@ -214,4 +215,5 @@ def block(tokens: Tensor, heads: int, parameters: list[Tensor]) -> Tensor:
         heads: Of the attention; D / heads must be even, and S at least 2.
         parameters: Weight and bias of each of the block's modules in their order.
     """
-    return Block.apply(tokens, heads, torch.is_grad_enabled(), *parameters)
+    after: Tensor = Block.apply(tokens, heads, torch.is_grad_enabled(), *parameters)  # type: ignore[no-untyped-call]
+    return after

@@ -8,17 +8,17 @@ Letters in shapes: R rows, D width, F hidden units of the MLP.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.floating[Any]]
+from prnav.aliases import JSONObject, Untyped
+
+Floats = NDArray[np.floating[Untyped]]
 
 EPSILON = 1e-5
 """Of torch's LayerNorm."""
-COMPILED: dict[str, Any] = {
+COMPILED: JSONObject = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",
@@ -27,7 +27,7 @@ COMPILED: dict[str, Any] = {
 
 
 @njit(inline="always")
-def exponential(x: Any) -> Any:
+def exponential(x: Untyped) -> Untyped:
     """Exponential of x <= 0 by a polynomial and a power of two, relative error below 2e-7 (Cephes' expf)."""
     x = max(x, np.float32(-87.0))
     n = np.floor(x * np.float32(1.44269504088896341) + np.float32(0.5))
@@ -44,7 +44,7 @@ def exponential(x: Any) -> Any:
 
 
 @njit(inline="always")
-def _upper_tail(x: Any, e: Any) -> Any:
+def _upper_tail(x: Untyped, e: Untyped) -> Untyped:
     """1 - Phi(|x|) of the normal distribution with e = exp(-x^2 / 2), error below 8e-8 (Abramowitz, Stegun 7.1.26)."""
     t = np.float32(1.0) / (np.float32(1.0) + np.float32(0.3275911 * 0.7071067811865476) * abs(x))
     p = np.float32(1.061405429)

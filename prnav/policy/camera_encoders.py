@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import torch
@@ -17,6 +16,7 @@ from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
+from prnav.aliases import Untyped
 from prnav.contracts import ObservationSpecs
 from prnav.errors import ConfigError
 from prnav.policy.actions.head import orthogonal
@@ -95,14 +95,14 @@ class PatchMap(torch.autograd.Function):
     """
 
     @staticmethod
-    def forward(ctx: Any, pictures: Tensor, weight: Tensor) -> Tensor:
+    def forward(ctx: Untyped, pictures: Tensor, weight: Tensor) -> Tensor:
         """Tokens (N, P, D) of pictures (N, H, W, 3) by a weight (D, PATCH * PATCH * 3)."""
         ctx.save_for_backward(pictures)
         return torch.cat([functional.linear(some, weight) for _, some in _batches(pictures)])
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, grad: Tensor) -> tuple[None, Tensor]:
+    def backward(ctx: Untyped, grad: Tensor) -> tuple[None, Tensor]:
         """Gradient of the weight, float32 whatever the tokens are."""
         (pictures,) = ctx.saved_tensors
         total = torch.zeros(grad.shape[-1], PATCH * PATCH * pictures.shape[-1], device=grad.device)
@@ -124,7 +124,7 @@ class CameraEncoder(TokenTransformer):
         """Tokens (B, K * patches, D) of the patches of each camera in turn, row by row from the top left."""
         pictures = observations[self.pictures]
         of_patch, designs, places = token_parts(self.patch_token, observations[self.design], self.positions)
-        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)
+        sight: Tensor = PatchMap.apply(pictures.flatten(0, 1), of_patch).view(*pictures.shape[:2], len(places), -1)  # type: ignore[no-untyped-call]
         return (sight + designs[:, :, None] + places).flatten(1, 2)
 
 

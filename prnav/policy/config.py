@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
-ENCODERS: Mapping[str, str] = {
+from prnav.checks import require_at_least
+from prnav.registry import require_known
+
+ENCODERS: dict[str, str] = {
     "transformer": "prnav.policy.encoders:TransformerEncoder",
     "compact": "prnav.policy.encoders:CompactEncoder",
     "blind": "prnav.policy.encoders:BlindEncoder",
@@ -16,6 +17,14 @@ ENCODERS: Mapping[str, str] = {
 }
 """Module and class of each encoder, by the name that a config gives it: a subclass of ``torch.nn.Module`` that is made
 from (config, observation specs) and maps observations (B, ...) by name to encodings (B, width)."""
+
+MEMORIES: dict[str, str] = {
+    "lstm": "prnav.policy.memory.lstm:LSTMMemory",
+    "stack": "prnav.policy.memory.stack:StackMemory",
+    "none": "prnav.policy.memory.none:NoMemory",
+}
+"""Module and class of each memory, by the name that a config gives it: a :class:`prnav.policy.memory.Memory` that is
+made from (number of features, config, whether GPS and compass are given to it)."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +50,7 @@ class PolicyConfig:
     """Hidden units of the MLP in each transformer layer."""
     position_width: int = 16
     """Width of the learned embedding of a photoreceptor's place in its grid."""
-    memory: Literal["lstm", "stack", "none"] = "lstm"
+    memory: str = "lstm"
     """"lstm": the paper's in navigation; "stack": the encodings of the last ``frames`` steps side by side, the paper's
     in the DeepMind Control Suite; "none": the encoding of the step alone."""
     frames: int = 3
@@ -61,14 +70,10 @@ class PolicyConfig:
     learn this difference, but not soon: with it, an agent of few steps notices that it is stuck."""
 
     def __post_init__(self) -> None:
-        if self.encoder not in ENCODERS:
-            raise ValueError(f"encoder is {self.encoder!r}; valid: {', '.join(ENCODERS)}")
-        for name in ("width", "transformer_layers", "transformer_heads", "feedforward", "position_width"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("lstm_hidden", "lstm_layers", "frames"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_known(self.encoder, ENCODERS, "encoder")
+        require_known(self.memory, MEMORIES, "memory")
+        require_at_least(self, 1, "width", "transformer_layers", "transformer_heads", "feedforward", "position_width")
+        require_at_least(self, 1, "lstm_hidden", "lstm_layers", "frames")
         if self.displacement and self.memory != "lstm":
             raise ValueError(f"displacement is an input of the LSTM, and memory is {self.memory!r}; leave it out")
         if self.head_hidden < 0:

@@ -265,7 +265,7 @@ class TransformerEncoder(TokenTransformer):
             return super().tokens(observations)
         readings, of_reading, designs, places = self._parts(observations)
         vectors = self.vectors(observations)
-        tokens: Tensor = Tokens.apply(self.readout, vectors, readings, of_reading.t(), designs, places)
+        tokens: Tensor = Tokens.apply(self.readout, vectors, readings, of_reading.t(), designs, places)  # type: ignore[no-untyped-call]
         return tokens
 
     def _parts(self, observations: Observations) -> tuple[Tensor, Tensor, Tensor, Tensor]:

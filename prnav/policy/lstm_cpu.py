@@ -11,14 +11,14 @@ stand in torch's order: input, forget, cell, output.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import torch
 from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd.function import once_differentiable
+
+from prnav.aliases import Untyped
 
 Floats = NDArray[np.float32]
 
@@ -103,7 +103,7 @@ class PackedLayer(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any,
+        ctx: Untyped,
         inputs: Tensor,
         hidden: Tensor,
         cell: Tensor,
@@ -130,7 +130,7 @@ class PackedLayer(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, outer: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, outer: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of inputs, initial state, weights and bias."""
         inputs, w_ih, w_hh, gates, cells, squashed, outputs, previous = ctx.saved_tensors
         outer = outer.contiguous()
@@ -187,4 +187,5 @@ def packed_layer(
         walk: From :func:`packed_steps`.
     """
     w_ih, w_hh, b_ih, b_hh = weights
-    return PackedLayer.apply(inputs, hidden, cell, w_ih, w_hh, b_ih + b_hh, *walk)
+    outputs: Tensor = PackedLayer.apply(inputs, hidden, cell, w_ih, w_hh, b_ih + b_hh, *walk)  # type: ignore[no-untyped-call]
+    return outputs

@@ -9,14 +9,13 @@ Letters in shapes: B batch, S tokens, D width, H heads, E = D / H.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import torch
 from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.aliases import Untyped
 from prnav.policy.block_cpu import folded
 from prnav.policy.block_kernels import COMPILED, EPSILON, Floats, exponential, normalize
 
@@ -107,11 +106,11 @@ def _backward(
                 result[d] = scale * (result[d] - total - row[d] * along)
 
 
-class Readout(torch.autograd.Function):
+class TokenReadout(torch.autograd.Function):
     """(tokens, w_query (D, D), b_query, w_key (H, E, D)) -> means of the normalised tokens, and the first tokens."""
 
     @staticmethod
-    def forward(ctx: Any, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(ctx: Untyped, tokens: Tensor, w_query: Tensor, b_query: Tensor, w_key: Tensor) -> tuple[Tensor, Tensor]:
         """Means (B, H, D) and first tokens (B, D)."""
         batch, count, width = tokens.shape
         heads, size, _ = w_key.shape
@@ -128,7 +127,7 @@ class Readout(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
+    def backward(ctx: Untyped, d_means: Tensor, d_first: Tensor) -> tuple[Tensor, ...]:
         """Gradients of all inputs."""
         rows, first, leader, query, probe, weights, w_query, w_key = ctx.saved_tensors
         batch, heads, size = query.shape
@@ -167,6 +166,6 @@ def attended_readout(
     of_query, of_key, of_value = taken_in.view(3, width, width).unbind(0)
     to_query, _, to_value = offset.view(3, width).unbind(0)
     split = (heads, width // heads, width)
-    means, first = Readout.apply(tokens, of_query, to_query, of_key.view(split))
+    means, first = TokenReadout.apply(tokens, of_query, to_query, of_key.view(split))  # type: ignore[no-untyped-call]
     attended = torch.bmm(means.transpose(0, 1), of_value.view(split).transpose(1, 2)).transpose(0, 1)
     return attended.reshape(batch, width) + to_value, first

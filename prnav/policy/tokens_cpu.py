@@ -5,14 +5,13 @@ Letters in shapes: B batch, V vector tokens, K sensors, P photoreceptors per sen
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import torch
 from numba import njit
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from prnav.aliases import Untyped
 from prnav.policy.block_kernels import COMPILED, Floats
 
 
@@ -74,7 +73,7 @@ class Tokens(torch.autograd.Function):
     """(readout (D), vectors (B, V, D), readings (B, K, P, 3), weight (3, D), designs (B, K, D), places (P, D))."""
 
     @staticmethod
-    def forward(ctx: Any, *inputs: Tensor) -> Tensor:
+    def forward(ctx: Untyped, *inputs: Tensor) -> Tensor:
         """Tokens (B, S, D)."""
         readout, vectors, readings, weight, designs, places = (x.detach().contiguous() for x in inputs)
         batch, ahead, width = vectors.shape
@@ -87,7 +86,7 @@ class Tokens(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Untyped, grad: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients of all but the readings."""
         (readings,) = ctx.saved_tensors
         readout, vectors, _, weight, designs, places = (grad.new_zeros(shape) for shape in ctx.shapes)

@@ -17,11 +17,12 @@ import os
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import RenderError
 from prnav.render.engine import EngineOptions, Float32
 from prnav.render.rays import Float64, Views
@@ -52,9 +53,9 @@ class GlEngine:
         self._meshes = scenes
         self._background = options.background
         self._sphere_color = options.sphere_color
-        self._drawable: dict[int, Any] = {}
-        self._ball: Any = None
-        self._canvas: Any = None
+        self._drawable: dict[int, Untyped] = {}
+        self._ball: Untyped = None
+        self._canvas: Untyped = None
 
     def radiance(
         self,
@@ -101,7 +102,7 @@ class GlEngine:
             depths[row] = np.where(depth == 0.0, np.inf, depth)
         return depths
 
-    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Any:
+    def _draw(self, scene_of_view: NDArray[np.int64], views: Views, size: int, spheres: Float64 | None) -> Untyped:
         """Per view, scene by scene: its row, colours (size, size, 3) uint8, depths (size, size), 0 on a miss."""
         flags = self._pyrender.RenderFlags.FLAT | self._pyrender.RenderFlags.SKIP_CULL_FACES
         canvas = self._canvas_of(size)
@@ -124,7 +125,7 @@ class GlEngine:
                 scene.remove_node(ball)
             yield row, colour, depth
 
-    def _canvas_of(self, size: int) -> Any:
+    def _canvas_of(self, size: int) -> Untyped:
         if self._canvas is None or self._canvas.viewport_width != size:
             if self._canvas is not None:
                 self._canvas.delete()
@@ -133,7 +134,7 @@ class GlEngine:
             self._canvas = self._pyrender.OffscreenRenderer(size, size)
         return self._canvas
 
-    def _drawable_of(self, index: int) -> tuple[Any, float]:
+    def _drawable_of(self, index: int) -> tuple[Untyped, float]:
         if index not in self._drawable:
             mesh = self._meshes[index]
             scene = self._pyrender.Scene(bg_color=[*self._background, 1.0])
@@ -142,7 +143,7 @@ class GlEngine:
             self._drawable[index] = scene, far
         return self._drawable[index]
 
-    def _ball_of(self) -> Any:
+    def _ball_of(self) -> Untyped:
         """A sphere of radius 1 in the spheres' colour, of triangles."""
         if self._ball is None:
             import trimesh
@@ -176,7 +177,7 @@ def _gl_thread() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(1, thread_name_prefix="prnav-gl")
 
 
-def load_pyrender(platform: str) -> Any:
+def load_pyrender(platform: str) -> Untyped:
     """The pyrender module, bound to a platform.
 
     Raises:
@@ -221,7 +222,7 @@ def _pose(views: Views, row: int, tangent: float) -> Float64:
     return pose
 
 
-def _primitives(pyrender: Any, mesh: SceneMesh) -> list[Any]:
+def _primitives(pyrender: Untyped, mesh: SceneMesh) -> list[Untyped]:
     """One drawable part per texture."""
     parts = []
     for texture in np.unique(mesh.face_texture):

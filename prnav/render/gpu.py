@@ -11,11 +11,12 @@ import importlib.util
 import sys
 import threading
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.cache import cache_dir
 from prnav.errors import RenderError
 from prnav.render.engine import EngineOptions, Float32
@@ -37,7 +38,7 @@ STAGES = 4
 """Requests whose poses may be on their way to the device at once."""
 
 
-def load_warp(device: str) -> tuple[Any, Any]:
+def load_warp(device: str) -> tuple[Untyped, Untyped]:
     """The warp module and one of its devices, "cpu", "cuda" or "cuda:N".
 
     Raises:
@@ -57,7 +58,7 @@ def finds_cuda() -> bool:
     return importlib.util.find_spec("warp") is not None and bool(_warp().is_cuda_available())
 
 
-def _warp() -> Any:
+def _warp() -> Untyped:
     """The warp module, ready for use."""
     ours = "warp" not in sys.modules
     import warp as wp
@@ -81,13 +82,13 @@ class WarpEngine:
         self._kernels = warp_kernels
         self._background = self._wp.vec3(*(options.background * 255.0))
         self._sphere_color = self._wp.vec3(*(options.sphere_color * 255.0))
-        self._rays: dict[Sampling, Any] = {}
+        self._rays: dict[Sampling, Untyped] = {}
         self._staging: dict[int, _Staging] = {}
         self._lock = threading.RLock()  #: over what requests share: the staging buffers and the table of scenes
         self.residents: Residents[_DeviceScene] = Residents(scenes, self._prepare, options.memory, self._forget)
         self._scene_count = len(scenes)
         self._tabled: dict[int, _DeviceScene] = {}  #: scenes as the table on the device has them
-        self._table: Any = None
+        self._table: Untyped = None
 
     def radiance(
         self,
@@ -108,7 +109,7 @@ class WarpEngine:
         grid: int,
         sampling: Sampling,
         spheres: Float64 | None = None,
-    ) -> Any:
+    ) -> Untyped:
         """The same as a Warp array on the device, which may still be at work on it."""
         readings = self._wp.empty((len(views), grid, grid, 3), dtype=self._wp.float32, device=self.device)
         if not len(views):
@@ -143,22 +144,22 @@ class WarpEngine:
                 )
         return triangles.numpy(), depths.numpy()
 
-    def _launch(self, kernel: Any, threads: int, inputs: list[Any]) -> None:
+    def _launch(self, kernel: Untyped, threads: int, inputs: list[Untyped]) -> None:
         self._wp.launch(kernel, dim=threads, inputs=inputs, device=self.device)
 
-    def _inputs(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Any]:
+    def _inputs(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Untyped]:
         """The scenes' table, each view's row of it, and the views' rows, on the device."""
         held = self.residents.get(int(scene) for scene in np.unique(scene_of_view))
         if any(self._tabled.get(scene) is not item for scene, item in held.items()):
             self._tabled = self.residents.items()
-            nothing = self._kernels.Scene()
+            nothing = self._kernels.WarpScene()
             rows = [self._tabled[i].struct if i in self._tabled else nothing for i in range(self._scene_count)]
-            self._table = self._wp.array(rows, dtype=self._kernels.Scene, device=self.device)
+            self._table = self._wp.array(rows, dtype=self._kernels.WarpScene, device=self.device)
         if len(views) not in self._staging:
             self._staging[len(views)] = _Staging(self._wp, self.device, len(views))
         return [self._table, *self._staging[len(views)].send(scene_of_view, views, spheres)]
 
-    def _rays_of(self, sampling: Sampling) -> Any:
+    def _rays_of(self, sampling: Sampling) -> Untyped:
         """Places and weights of a receptor's rays on the device, (rays, 3)."""
         if sampling not in self._rays:
             rays = np.concatenate([sampling.offsets, sampling.weights[:, None]], axis=1).astype(np.float32)
@@ -177,7 +178,7 @@ class WarpEngine:
 class _DeviceScene:
     """A mesh on the device: its tree, its faces' records and its texels."""
 
-    def __init__(self, wp: Any, kernels: Any, device: Any, mesh: SceneMesh) -> None:
+    def __init__(self, wp: Untyped, kernels: Untyped, device: Untyped, mesh: SceneMesh) -> None:
         surfaces = Surfaces.of(mesh)
         points = wp.array(mesh.vertices, dtype=wp.vec3, device=device)
         indices = wp.array(mesh.faces.ravel(), dtype=wp.int32, device=device)
@@ -185,7 +186,7 @@ class _DeviceScene:
         self._mesh = wp.Mesh(points, indices, bvh_constructor="sah")
         self._surfaces = kernels.surface_array(surfaces.records, device)
         self._texels = wp.array(surfaces.texels, dtype=wp.uint32, device=device)
-        self.struct = kernels.Scene()
+        self.struct = kernels.WarpScene()
         self.struct.mesh = self._mesh.id
         self.struct.surfaces = self._surfaces
         self.struct.texels = self._texels
@@ -195,7 +196,7 @@ class _DeviceScene:
 class _Staging:
     """Takes the poses of M views to the device."""
 
-    def __init__(self, wp: Any, device: Any, views: int) -> None:
+    def __init__(self, wp: Untyped, device: Untyped, views: int) -> None:
         self._wp, self._device, self._next = wp, device, 0
         # a page-locked buffer may be filled again once its copy is done; on the CPU a launch has ended by then
         self._buffers = [
@@ -207,7 +208,7 @@ class _Staging:
             for _ in range(STAGES if device.is_cuda else 1)
         ]
 
-    def send(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Any]:
+    def send(self, scene_of_view: NDArray[np.int64], views: Views, spheres: Float64 | None) -> list[Untyped]:
         """Scene of each view and the views' rows, on the device."""
         scenes, rows, sent = self._buffers[self._next]
         self._next = (self._next + 1) % len(self._buffers)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav import frames
 from prnav.arguments import floats
 from prnav.errors import RenderError
 from prnav.render.sampling import Sampling
@@ -66,11 +67,8 @@ def sensor_views(positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike) -> V
     c, s = np.cos(yaws_N)[:, None], np.sin(yaws_N)[:, None]
     origin = positions_N3[:, None] + np.stack([c * x + s * z, y, c * z - s * x], axis=-1)
     heading = yaws_N[:, None] + yaw  # both turn about the vertical axis
-    cy, sy, cp, sp, cr, sr = (f(angle) for angle in (heading, pitch, roll) for f in (np.cos, np.sin))
+    right, up, forward = frames.sensor_axes(heading, pitch, roll)
     scale = np.tan(0.5 * fov)[..., None]
-    right = np.stack([cy * cr + sy * sp * sr, cp * sr, -sy * cr + cy * sp * sr], axis=-1)
-    up = np.stack([-cy * sr + sy * sp * cr, cp * cr, sy * sr + cy * sp * cr], axis=-1)
-    forward = np.stack([-sy * cp, sp, -cy * cp], axis=-1)
     return Views(*(np.ascontiguousarray(a.reshape(-1, 3)) for a in (origin, right * scale, up * scale, forward)))
 
 

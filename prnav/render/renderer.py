@@ -6,11 +6,12 @@ import importlib
 import re
 import threading
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import RenderError
 from prnav.render.engine import Engine, EngineOptions, Float32
 from prnav.render.rays import Views, rays_per_side, sensor_views
@@ -110,13 +111,13 @@ class Renderer:
         module, name = ENGINES[engine]
         options = EngineOptions(*colours, device, memory_gb * 1e9)
         self._engine: Engine = getattr(importlib.import_module(module), name)(scenes, options)
-        self._residents: Residents[Any] | None = getattr(self._engine, "residents", None)
+        self._residents: Residents[Untyped] | None = getattr(self._engine, "residents", None)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[Untyped, ...]:
         """Made anew from its scenes and arguments: handles of libraries and devices stay in their process."""
         return Renderer, (self._scenes, *self._arguments)
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Renderer:
+    def __deepcopy__(self, memo: dict[int, Untyped]) -> Renderer:
         """A renderer of the same scenes, which nothing changes."""
         return Renderer(self._scenes, *self._arguments)
 
@@ -183,7 +184,7 @@ class Renderer:
         designs: ArrayLike,
         grid: int = 4,
         spheres: ArrayLike | None = None,
-    ) -> Any:
+    ) -> Untyped:
         """The same as :meth:`read`, left on the renderer's device: (N, K, grid * grid, 3), an array that DLPack shares.
 
         ``torch.from_dlpack(renderer.read_on_device(...))`` is a tensor on that device with no copy. With engine
@@ -203,7 +204,7 @@ class Renderer:
         designs: ArrayLike,
         size: int = 128,
         spheres: ArrayLike | None = None,
-    ) -> Any:
+    ) -> Untyped:
         """The same as :meth:`image`, left on the device: (N, K, size * size, 3); see :meth:`read_on_device`."""
         return self._radiance(
             scene_ids, positions, yaws, designs, _count("size", size), self._pixel, spheres, on_device=True
@@ -250,7 +251,7 @@ class Renderer:
         sampling: Sampling,
         spheres: ArrayLike | None,
         on_device: bool = False,
-    ) -> Any:
+    ) -> Untyped:
         scene_of_view, views, shape = self._views(scene_ids, positions, yaws, designs)
         _check_memory(shape[0] * shape[1] * grid * grid)
         balls = _spheres(spheres, *shape)

@@ -7,15 +7,13 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
+from prnav.aliases import Progress
 from prnav.errors import PrnavError
 
 if TYPE_CHECKING:
     from prnav.scene.mesh import SceneMesh
 
 GIGABYTE = 1e9
-
-Progress = Callable[[int, int, str], None]
-"""Called with the number of scenes done, of all scenes, and the name of the next one."""
 
 
 class Prepared(Protocol):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.errors import RenderError
 from prnav.render.charts import cached_coarsest_levels
 from prnav.render.kernels import fill_surfaces
@@ -25,7 +26,7 @@ LINE = 64
 class Surfaces:
     """Records of a mesh's triangles and its texels."""
 
-    records: NDArray[Any]
+    records: Array
     """Of type :data:`prnav.render.surface_record.SURFACE`, shape (F,), each in a cache line of its own."""
     texels: NDArray[np.uint32]
     """``red | green << 8 | blue << 16 | alpha << 24``, shape (T,)."""

@@ -10,11 +10,10 @@ of a scene lies in one row of an array of structs, so a batch may mix scenes.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import warp as wp
 
+from prnav.aliases import Untyped
 from prnav.render.kernels import LEVEL_BIAS
 from prnav.render.surface_record import SURFACE
 
@@ -27,7 +26,7 @@ _SPHERE = wp.constant(-2)
 
 
 @wp.struct
-class Surface:
+class WarpSurface:
     """A triangle's record, field by field that of :data:`prnav.render.surface_record.SURFACE`."""
 
     u: wp.float32
@@ -49,11 +48,11 @@ class Surface:
 
 
 @wp.struct
-class Scene:
+class WarpScene:
     """What rays and shading need of a scene."""
 
     mesh: wp.uint64
-    surfaces: wp.array(dtype=Surface)
+    surfaces: wp.array(dtype=WarpSurface)
     texels: wp.array(dtype=wp.uint32)
 
 
@@ -100,7 +99,7 @@ def _sphere_depth(centre: wp.vec3, radius: float, origin: wp.vec3, direction: wp
 
 
 @wp.func
-def _cast(scene: Scene, views: wp.array2d(dtype=wp.float32), view: int, direction: wp.vec3) -> Hit:
+def _cast(scene: WarpScene, views: wp.array2d(dtype=wp.float32), view: int, direction: wp.vec3) -> Hit:
     hit = Hit()
     hit.triangle = _MISS
     hit.depth = FAR
@@ -125,7 +124,7 @@ def _channels(packed: wp.int32) -> wp.vec3:
 
 
 @wp.func
-def _colour(scene: Scene, hit: Hit, pixel_area: float) -> wp.vec3:
+def _colour(scene: WarpScene, hit: Hit, pixel_area: float) -> wp.vec3:
     """Colour of a triangle where a ray meets it, 0 to 255."""
     surface = scene.surfaces[hit.triangle]
     offset = surface.offset
@@ -160,7 +159,7 @@ def _colour(scene: Scene, hit: Hit, pixel_area: float) -> wp.vec3:
 
 @wp.kernel
 def read_patches(
-    scenes: wp.array(dtype=Scene),
+    scenes: wp.array(dtype=WarpScene),
     scene_of_view: wp.array(dtype=wp.int32),
     views: wp.array2d(dtype=wp.float32),
     rays: wp.array2d(dtype=wp.float32),
@@ -204,7 +203,7 @@ def read_patches(
 
 @wp.kernel
 def trace_pixels(
-    scenes: wp.array(dtype=Scene),
+    scenes: wp.array(dtype=WarpScene),
     scene_of_view: wp.array(dtype=wp.int32),
     views: wp.array2d(dtype=wp.float32),
     size: int,
@@ -223,8 +222,8 @@ def trace_pixels(
     depths[thread] = wp.where(hit.triangle == _MISS, wp.inf, hit.depth)
 
 
-def surface_array(records: np.ndarray[Any, Any], device: Any) -> Any:
-    """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`Surface` on a device."""
-    dtype = np.dtype(Surface.numpy_dtype())
+def surface_array(records: np.ndarray[Untyped, Untyped], device: Untyped) -> Untyped:
+    """Records of :data:`prnav.render.surface_record.SURFACE` as a Warp array of :class:`WarpSurface` on a device."""
+    dtype = np.dtype(WarpSurface.numpy_dtype())
     assert dtype.itemsize == SURFACE.itemsize == 64  # the same bytes
-    return wp.array(np.asarray(records).view(dtype), dtype=Surface, device=device)
+    return wp.array(np.asarray(records).view(dtype), dtype=WarpSurface, device=device)

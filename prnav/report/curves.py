@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,11 +12,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from prnav import style
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import RecordError
 from prnav.files import read_regular
 from prnav.schema import MapOf, Maybe, Number, Table, Text, fit
 
-Rows = Sequence[Mapping[str, Any]]
+Rows = Sequence[Mapping[str, JSON]]
 """Rows of a run's metrics."""
 
 METRICS = "metrics.jsonl"
@@ -34,7 +34,7 @@ SHARES = ("measures.spl", "measures.success", "measures.soft_spl")
 """Metrics between 0 and 1."""
 
 
-def read_metrics(run: str | Path) -> list[dict[str, Any]]:
+def read_metrics(run: str | Path) -> list[JSONObject]:
     """Rows of a run's metrics in order; a last row that a kill cut short is left out.
 
     Raises:
@@ -60,7 +60,7 @@ def read_metrics(run: str | Path) -> list[dict[str, Any]]:
     return rows
 
 
-def series(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def series(rows: Sequence[Mapping[str, JSON]], key: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Steps and values (n,), (n,) of the rows that have a metric, named by its path as in "measures.spl"."""
     pairs = [(row.get("step"), _metric(row, key)) for row in rows]
     known = [pair for pair in pairs if all(isinstance(number, int | float) for number in pair)]
@@ -68,8 +68,8 @@ def series(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[NDArray[np.floa
     return steps, values
 
 
-def _metric(row: Mapping[str, Any], key: str) -> Any:
-    value: Any = row
+def _metric(row: Mapping[str, JSON], key: str) -> Untyped:
+    value: Untyped = row
     for name in key.split("."):
         value = value.get(name) if isinstance(value, Mapping) else None
     return value
@@ -137,7 +137,7 @@ def _draw_seeds(
     axes.plot(steps, table.mean(axis=0), color=color, linewidth=2.0, label=f"{name} ({len(seeds)} seeds)")
 
 
-def _shade_imitation(axes: Axes, runs: Iterable[Sequence[Mapping[str, Any]]]) -> None:
+def _shade_imitation(axes: Axes, runs: Iterable[Sequence[Mapping[str, JSON]]]) -> None:
     """Mark the steps in which an oracle acted in part: what is measured there is not the agent alone."""
     ends = [float(row["step"]) for rows in runs for row in rows if row.get("phase") == "imitation"]
     if ends:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prnav import style
-from prnav.evaluate.summary import BY_KEY
+from prnav.aliases import Untyped
+from prnav.contracts.measures import BY_KEY
 from prnav.report.design_results import Correlation, Gains, Performance
 
 
@@ -116,7 +116,7 @@ def draw_transfer(found: Correlation, measure: str) -> Figure:
     return figure
 
 
-FIGURES: Mapping[str, Callable[[Any, str], Figure]] = {
+FIGURES: Mapping[str, Callable[[Untyped, str], Figure]] = {
     "spread": draw_spread,
     "gain": draw_gains,
     "axes": draw_bars,

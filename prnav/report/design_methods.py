@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from prnav import style
+from prnav.aliases import JSONObject
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
 from prnav.report.design_figures import label_of
@@ -106,7 +106,7 @@ def draw_methods(found: Sequence[Method], measure: str) -> Figure:
     return figure
 
 
-def _starts(folder: Path) -> list[dict[str, Any]]:
+def _starts(folder: Path) -> list[JSONObject]:
     paths = sorted(folder.glob("start-*/start.json"))
     told = [read_json(path, START, RecordError, "run prnav-design optimize again") for path in paths]
     if not told:
@@ -114,5 +114,5 @@ def _starts(folder: Path) -> list[dict[str, Any]]:
     return told
 
 
-def _over_starts(starts: Sequence[dict[str, Any]], key: str) -> Interval:
+def _over_starts(starts: Sequence[JSONObject], key: str) -> Interval:
     return two_level_interval([np.array([float(start[key])]) for start in starts])

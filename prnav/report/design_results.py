@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.catalog import task_names, task_spec
 from prnav.errors import RecordError
 from prnav.evaluate.intervals import Interval
@@ -23,7 +23,7 @@ from prnav.result_kinds import ROW
 from prnav.schema import parse_json
 
 Float64 = NDArray[np.float64]
-Row = Mapping[str, Any]
+Row = Mapping[str, JSON]
 
 RESULTS = "results.jsonl"
 RESAMPLES = 2_000
@@ -69,7 +69,7 @@ class Correlation:
     """What the scores are."""
 
 
-def load_rows(folders: Sequence[str | Path]) -> list[dict[str, Any]]:
+def load_rows(folders: Sequence[str | Path]) -> list[JSONObject]:
     """Rows of several folders' results.
 
     Raises:
@@ -262,7 +262,7 @@ def _ranks(values: Float64) -> Float64:
     return ranks
 
 
-ANALYSES: Mapping[str, Callable[[Sequence[Row], str], Any]] = {
+ANALYSES: Mapping[str, Callable[[Sequence[Row], str], Untyped]] = {
     "spread": performances,
     "gain": gains,
     "axes": performances,

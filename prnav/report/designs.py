@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,18 +15,14 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from prnav import style
-from prnav.render import Renderer
-from prnav.render.rays import sensor_views
+from prnav import frames, style
+from prnav.aliases import Untyped
 from prnav.sensors import Body, Design
-
-if TYPE_CHECKING:
-    from prnav.navmesh import NavMesh
 
 REACH = 0.45
 """Length of a drawn frustum's edges [m]."""
 
-_BODY, _EYE_HEIGHT = "#c9ced6", 1.25
+_BODY = "#c9ced6"
 _LIGHT = np.array([0.5, 0.6, 0.62])
 _CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
@@ -42,36 +37,6 @@ class Sight:
     """(K, B, B, 3), 0 to 1."""
 
 
-def see(renderer: Renderer, design: Design, position: NDArray[np.float64], yaw: float, size: int = 256) -> Sight:
-    """Pictures of about ``size`` pixels and readings of a design on a body at ``position`` (3,) [m]."""
-    size = max(1, round(size / design.grid)) * design.grid  # whole pixels to a patch
-    scene, places, headings, sensors = np.array([0]), position[None], np.array([yaw]), design.sensors[None]
-    pictures = renderer.image(scene, places, headings, sensors, size)
-    readings = renderer.read(scene, places, headings, sensors, design.grid)
-    return Sight(np.clip(pictures[0], 0.0, 1.0), np.clip(readings[0], 0.0, 1.0))  # rounding may pass 1 by a bit
-
-
-def telling_pose(renderer: Renderer, navmesh: NavMesh, seed: int = 0, tries: int = 96) -> tuple[NDArray[Any], float]:
-    """A position (3,) [m] and yaw with much to see and room around: the best of ``tries`` drawn from a seed.
-
-    The best has the most varied picture of a wide camera at eye height, among poses at least 0.4 m from any wall.
-    """
-    points = navmesh.random_points(tries, seed)
-    yaws = np.random.Generator(np.random.PCG64(seed)).uniform(-math.pi, math.pi, tries)
-    roomy = navmesh.clearance(points) >= 0.4
-    if roomy.any():
-        points, yaws = points[roomy], yaws[roomy]
-    camera = np.zeros((len(points), 1, 7))
-    camera[:, 0] = [0.0, _EYE_HEIGHT, -0.1, 0.0, 0.0, 0.0, math.radians(90.0)]
-    scenes = np.zeros(len(points), np.int64)
-    pictures = renderer.image(scenes, points, yaws, camera, size=24)[:, 0]
-    depths = renderer.depth(scenes, points, yaws, camera, size=24)[:, 0].reshape(len(points), -1)
-    spread = pictures.reshape(len(points), -1, 3).std(axis=1).mean(axis=1)
-    far = np.median(np.minimum(depths, 6.0), axis=1)
-    best = int(np.argmax(spread * np.clip(far / 3.0, 0.2, 1.0)))
-    return points[best], float(yaws[best])
-
-
 def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> Figure:
     """The design on its body, and beside it what it sees where ``sight`` is given (``place`` says where that is)."""
     count = design.num_sensors
@@ -81,10 +46,10 @@ def draw_design(design: Design, sight: Sight | None = None, place: str = "") -> 
     width = blocks * (columns * cell + 0.6)
     figure = style.new_figure(5.4 + (width if shown else 0.0), max(7.0, (cell + 0.12) * shown + 1.1))
     with style.styled():
-        left: Any = figure
-        right: Any = None
+        left: Untyped = figure
+        right: Untyped = None
         if shown:
-            halves: Any = figure.subfigures(1, 2, width_ratios=(5.2, width))
+            halves: Untyped = figure.subfigures(1, 2, width_ratios=(5.2, width))
             left, right = halves
         grid = left.add_gridspec(2, 1, height_ratios=(3.0, 1.25))
         body = left.add_subplot(grid[0], projection="3d")
@@ -147,7 +112,7 @@ def draw_body(axes: Axes3D, design: Design) -> None:
 def draw_plan(axes: Axes, design: Design) -> None:
     """The body from above, ahead is up, with each sensor's field of view as a wedge, and its numbers as a list."""
     vertices, faces = design.body.outline()
-    shadow: Any = _drawn(vertices)[faces][..., :2]
+    shadow: Untyped = _drawn(vertices)[faces][..., :2]
     axes.add_collection(PolyCollection(shadow, facecolor=_BODY, edgecolor=_BODY, zorder=2))
     for index, (apex, corners, axis) in enumerate(frusta(design)):
         color = style.SERIES[index % len(style.SERIES)]
@@ -179,12 +144,14 @@ def draw_plan(axes: Axes, design: Design) -> None:
 
 def frusta(design: Design) -> list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
     """Apex (3,), corners (4, 3) and optical axis (3,) of each sensor as drawn: x right, y ahead, z up."""
-    views = sensor_views(np.zeros((1, 3)), np.zeros(1), design.sensors[None])
+    sensors = np.ascontiguousarray(design.sensors.T)
+    scale = np.tan(0.5 * sensors[6])[:, None]
+    right, up, forward = frames.sensor_axes(*sensors[3:6])
     result = []
-    for origin, right, up, forward in zip(views.origin, views.right, views.up, views.forward, strict=True):
-        rays = forward + _CORNERS[:, :1] * right + _CORNERS[:, 1:] * up
-        corners = origin + REACH * rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        result.append((_drawn(origin), _drawn(corners), _drawn(forward)))
+    for apex, across, along, ahead in zip(sensors[:3].T, scale * right, scale * up, forward, strict=True):
+        rays = ahead + _CORNERS[:, :1] * across + _CORNERS[:, 1:] * along
+        corners = apex + REACH * rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        result.append((_drawn(apex), _drawn(corners), _drawn(ahead)))
     return result
 
 
@@ -193,7 +160,7 @@ def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
 
 
-def _draw_sight(figure: Any, design: Design, sight: Sight) -> None:
+def _draw_sight(figure: Untyped, design: Design, sight: Sight) -> None:
     blocks, lines, columns = sight_layout(design)
     grid = figure.subplots(lines, blocks * columns, squeeze=False)
     for index in range(blocks * lines):

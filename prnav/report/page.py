@@ -7,21 +7,21 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 import prnav
 from prnav import style
+from prnav.aliases import JSON, JSONObject
 from prnav.catalog import DEFAULT_TASK, task_spec
 from prnav.contracts import Evaluation, Pictures
 from prnav.errors import RecordError
 from prnav.evaluate.compare import differences, group_differences, same_episodes, seed_groups, shared_name
 from prnav.evaluate.records import find_evaluations, is_finished, load_evaluation, load_traces
+from prnav.evaluate.run_facts import read_facts
 from prnav.report.curves import METRICS, draw_curves, read_metrics
 from prnav.report.designs import draw_design
 from prnav.report.tables import comparison_html, differences_html, seeds_html
-from prnav.schema import Anything, MapOf, Table, Text, read_json
 from prnav.sensors import Design
 from prnav.sensors.body import Body
 
@@ -66,8 +66,8 @@ class RunRecords:
 
     name: str
     evaluations: tuple[Evaluation, ...]
-    metrics: tuple[dict[str, Any], ...]
-    facts: dict[str, Any]
+    metrics: tuple[JSONObject, ...]
+    facts: JSONObject
     """``run.json``; empty where there is none."""
     unfinished: tuple[str, ...] = ()
     """Names of evaluations that were interrupted or still run; the page says so."""
@@ -89,7 +89,7 @@ def read_run(directory: str | Path) -> RunRecords:
     metrics = tuple(read_metrics(path)) if (path / METRICS).exists() else ()
     if not evaluations and not metrics:
         raise RecordError(f"{path}: holds no finished evaluation and no {METRICS}; use prnav-eval --run {path}")
-    return RunRecords(path.resolve().name, evaluations, metrics, _facts(path / "run.json"), unfinished)
+    return RunRecords(path.resolve().name, evaluations, metrics, read_facts(path, RecordError), unfinished)
 
 
 def make_page(runs: Sequence[RunRecords], title: str | None = None) -> str:
@@ -155,7 +155,7 @@ def _results(evaluations: Sequence[Evaluation], names: Sequence[str]) -> list[st
     return parts
 
 
-def _by_recipe(runs: Sequence[RunRecords]) -> dict[str, list[tuple[dict[str, Any], ...]]]:
+def _by_recipe(runs: Sequence[RunRecords]) -> dict[str, list[tuple[JSONObject, ...]]]:
     """Metrics of the runs, those of one recipe (all but the seed is the same) together under one name."""
     recipes: dict[str, list[RunRecords]] = {}
     for run in runs:
@@ -212,7 +212,7 @@ def _figure(uri: str, caption: str) -> str:
     return f'<figure><img src="{uri}" alt="{words}"><figcaption>{words}</figcaption></figure>'
 
 
-def _details(name: str, facts: Mapping[str, Any]) -> str:
+def _details(name: str, facts: Mapping[str, JSON]) -> str:
     text = html.escape(json.dumps(facts, indent=1))
     return f"<details><summary>{html.escape(name)}</summary><pre>{text}</pre></details>"
 
@@ -229,12 +229,3 @@ def _trained(run: RunRecords) -> str:
     steps = int(run.metrics[-1].get("step", 0))
     warm = run.facts.get("warm_start", "none")
     return f"{run.name}: {steps:,} environment steps; warm start: {warm}."
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    if not path.exists():
-        return {}
-    facts: dict[str, Any] = read_json(
-        path, Table(allowed={"data": MapOf(Anything()), "warm_start": Text()}), RecordError, "restore it or delete it"
-    )
-    return facts

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from rich.table import Table
 
+from prnav.aliases import JSON
 from prnav.contracts import Evaluation
+from prnav.contracts.measures import BY_KEY, MEASURES
 from prnav.evaluate.compare import Difference, SeedGroup, same_episodes
 from prnav.evaluate.intervals import Interval
-from prnav.evaluate.summary import BY_KEY, MEASURES, format_interval
+from prnav.evaluate.summary import format_interval
 
 Column = TypeVar("Column")
 
 
-def intervals_of(header: Mapping[str, Any]) -> dict[str, Interval]:
+def intervals_of(header: Mapping[str, JSON]) -> dict[str, Interval]:
     """Measures of a finished evaluation from its header; null is infinity."""
     infinity = float("inf")
     return {

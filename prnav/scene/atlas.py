@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import Array
 
 OFFSET, WIDTH, HEIGHT, LEVELS = range(4)
 """Columns of :attr:`TextureAtlas.table`."""
@@ -73,7 +74,7 @@ class TextureAtlas:
             width, height = max(1, width >> 1), max(1, height >> 1)
         return self.texels[offset : offset + width * height].reshape(height, width, 4)
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, Array]:
         """The fields by name."""
         return {"texels": self.texels, "table": self.table}
 

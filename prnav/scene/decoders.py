@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import Array, Untyped
 
 LIBRARIES = {
     "KHR_draco_mesh_compression": "DracoPy",
@@ -65,7 +66,7 @@ def decode_meshopt(data: bytes | memoryview, count: int, stride: int, mode: str,
     return result
 
 
-def decode_draco(data: bytes | memoryview) -> tuple[NDArray[np.int64], dict[int, NDArray[Any]]]:
+def decode_draco(data: bytes | memoryview) -> tuple[NDArray[np.int64], dict[int, Array]]:
     """Triangles (F, 3) and attributes (V, n) by their unique ids, of a Draco mesh.
 
     Raises:
@@ -105,7 +106,7 @@ def decode_basis(data: bytes | memoryview) -> NDArray[np.uint8]:
     return texels[::-1] if texture.y_flipped else texels
 
 
-def _open_basis(data: bytes | memoryview) -> Any:
+def _open_basis(data: bytes | memoryview) -> Untyped:
     module = importlib.import_module("opengl_basisu")
     try:
         return module.open(bytes(data))

@@ -6,12 +6,12 @@ import io
 import json
 import struct
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.files import write_bytes
 from prnav.scene.mesh import SceneMesh
 
@@ -25,8 +25,8 @@ class _Buffer:
 
     def __init__(self) -> None:
         self.data = bytearray()
-        self.views: list[dict[str, Any]] = []
-        self.accessors: list[dict[str, Any]] = []
+        self.views: list[JSONObject] = []
+        self.accessors: list[JSONObject] = []
 
     def view(self, data: bytes, target: int | None = None) -> int:
         self.data += b"\0" * (-len(self.data) % 4)
@@ -35,7 +35,7 @@ class _Buffer:
         self.data += data
         return len(self.views) - 1
 
-    def accessor(self, array: NDArray[Any], component: int, kind: str, **more: Any) -> int:
+    def accessor(self, array: Array, component: int, kind: str, **more: Untyped) -> int:
         target = _ELEMENT_BUFFER if kind == "SCALAR" else _ARRAY_BUFFER
         little = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False)
         view = self.view(little.tobytes(), target)
@@ -66,13 +66,13 @@ def save_glb(scene: SceneMesh, path: str | Path) -> None:
             "COLOR_0": buffer.accessor(colors, _UBYTE, "VEC4", normalized=True),
         }
         indices = buffer.accessor(local.reshape(-1).astype(np.uint32), _UINT, "SCALAR")
-        surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+        surface: JSONObject = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
         if texture > 0:
             attributes["TEXCOORD_0"] = buffer.accessor(scene.uvs[rows], _FLOAT, "VEC2")
             surface["baseColorTexture"] = {"index": images.index(texture)}
         materials.append({"pbrMetallicRoughness": surface, "extensions": {"KHR_materials_unlit": {}}})
         primitives.append({"attributes": attributes, "indices": indices, "material": len(materials) - 1})
-    document: dict[str, Any] = {
+    document: JSONObject = {
         "asset": {"version": "2.0", "generator": "prnav"},
         "extensionsUsed": ["KHR_materials_unlit"],
         "scene": 0,

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import urllib.parse
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.errors import SceneError
 from prnav.scene import decoders
 from prnav.scene.allowance import Allowance
 from prnav.scene.glb import decode_data_uri, is_data_uri, parse_json, split_glb
 from prnav.scene.source import MeshSource
 
-_COMPONENTS: dict[int, type[Any]] = {
+_COMPONENTS: dict[int, type[Untyped]] = {
     5120: np.int8,
     5121: np.uint8,
     5122: np.int16,
@@ -62,10 +63,10 @@ class GltfFile:
         text: bytes | memoryview = source.data
         if source.suffix == ".glb":
             text, self._chunk = split_glb(source.path, source.data)
-        self.document: dict[str, Any] = parse_json(source.path, text)
+        self.document: JSONObject = parse_json(source.path, text)
         self._buffers: dict[int, bytes | memoryview] = {}
         self._decoded: dict[int, bytes] = {}
-        self._lists: dict[str, list[dict[str, Any]]] = {}
+        self._lists: dict[str, list[JSONObject]] = {}
         self._check_version()
 
     def fail(self, problem: str, remedy: str = "repair or export the file again") -> NoReturn:
@@ -77,14 +78,14 @@ class GltfFile:
         remedy = _REMEDIES.get(name, "export it without this extension")
         self.fail(f"it needs the glTF extension {name}, which cannot be decoded here", remedy)
 
-    def item(self, kind: str, index: Any, user: str) -> dict[str, Any]:
+    def item(self, kind: str, index: Untyped, user: str) -> JSONObject:
         """Object ``index`` of the top-level list ``kind``; ``user`` says who asks."""
         items = self.items(kind)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
             self.fail(f"{user} refers to {kind}[{index!r}] where there are {len(items)}")
         return items[index]
 
-    def items(self, kind: str) -> list[dict[str, Any]]:
+    def items(self, kind: str) -> list[JSONObject]:
         """The top-level list ``kind`` of objects."""
         if kind not in self._lists:
             items = self.document.get(kind, [])
@@ -93,25 +94,25 @@ class GltfFile:
             self._lists[kind] = items
         return self._lists[kind]
 
-    def table(self, owner: dict[str, Any], key: str, user: str) -> dict[str, Any]:
+    def table(self, owner: JSONObject, key: str, user: str) -> JSONObject:
         """The object under ``key``, {} where there is none."""
         value = owner.get(key, {})
         if not isinstance(value, dict):
             self.fail(f"{key!r} of {user} is {value!r:.40}, not an object")
         return value
 
-    def extension(self, owner: dict[str, Any], name: str, user: str) -> dict[str, Any]:
+    def extension(self, owner: JSONObject, name: str, user: str) -> JSONObject:
         """The object of an extension, {} where there is none."""
         return self.table(self.table(owner, "extensions", user), name, user)
 
-    def integer(self, owner: dict[str, Any], key: str, user: str, default: int | None = None) -> int:
+    def integer(self, owner: JSONObject, key: str, user: str, default: int | None = None) -> int:
         """The whole number >= 0 under ``key``."""
         value = owner.get(key, default)
         if not isinstance(value, int) or isinstance(value, bool) or value < 0:
             self.fail(f"{key!r} of {user} is {value!r:.40}, not a whole number >= 0")
         return value
 
-    def numbers(self, owner: dict[str, Any], key: str, user: str, default: list[float]) -> NDArray[np.float64]:
+    def numbers(self, owner: JSONObject, key: str, user: str, default: list[float]) -> NDArray[np.float64]:
         """The list of numbers under ``key``, as many as the default has."""
         value = owner.get(key, default)
         good = isinstance(value, list) and len(value) == len(default)
@@ -119,7 +120,7 @@ class GltfFile:
             self.fail(f"{key!r} of {user} is {value!r:.60}, not a list of {len(default)} finite numbers")
         return np.array(value, np.float64)
 
-    def accessor(self, index: Any, user: str, columns: tuple[int, ...]) -> NDArray[Any]:
+    def accessor(self, index: Untyped, user: str, columns: tuple[int, ...]) -> Array:
         """Accessor as an array (count, columns): float64 where normalised, else in the file's own type.
 
         Args:
@@ -148,7 +149,7 @@ class GltfFile:
             return np.maximum(values.astype(np.float64) / float(np.iinfo(values.dtype).max), -1.0)
         return values
 
-    def is_compressed(self, entry: dict[str, Any]) -> bool:
+    def is_compressed(self, entry: JSONObject) -> bool:
         """Whether an accessor's bytes are stored under a mesh compression."""
         index = entry.get("bufferView")
         if index is None:
@@ -156,7 +157,7 @@ class GltfFile:
         view = self.item("bufferViews", index, "an accessor")
         return any(self.extension(view, name, f"bufferViews[{index}]") for name in decoders.MESHOPT_EXTENSIONS)
 
-    def draco(self, compressed: dict[str, Any], name: str) -> tuple[NDArray[np.int64], dict[int, NDArray[Any]]]:
+    def draco(self, compressed: JSONObject, name: str) -> tuple[NDArray[np.int64], dict[int, Array]]:
         """Triangles and attributes by id of a primitive under KHR_draco_mesh_compression."""
         if not decoders.available("KHR_draco_mesh_compression"):
             self.refuse_extension("KHR_draco_mesh_compression")
@@ -166,7 +167,7 @@ class GltfFile:
         except ValueError as error:
             self.fail(f"the Draco data of {name} cannot be decoded ({error})")
 
-    def image_bytes(self, index: Any, user: str) -> bytes | memoryview | None:
+    def image_bytes(self, index: Untyped, user: str) -> bytes | memoryview | None:
         """The encoded image number ``index``; None where it is a file that is not there."""
         entry = self.item("images", index, user)
         name = f"images[{index}]"
@@ -192,13 +193,13 @@ class GltfFile:
             if not known and not decoders.available(name):
                 self.refuse_extension(name)
 
-    def _component(self, entry: dict[str, Any], name: str) -> type[Any]:
+    def _component(self, entry: JSONObject, name: str) -> type[Untyped]:
         kind = entry.get("componentType")
         if not isinstance(kind, int) or kind not in _COMPONENTS:
             self.fail(f"{name} has componentType {kind!r:.40}; valid: {', '.join(map(str, _COMPONENTS))}")
         return _COMPONENTS[kind]
 
-    def _view(self, entry: dict[str, Any], name: str, dtype: type, count: int, width: int) -> NDArray[Any]:
+    def _view(self, entry: JSONObject, name: str, dtype: type, count: int, width: int) -> Array:
         """Elements (count, width) of a bufferView, at the entry's byteOffset, checked and without a copy."""
         data, stride = self._view_bytes(entry["bufferView"], name)
         offset = self.integer(entry, "byteOffset", name, 0)
@@ -214,7 +215,7 @@ class GltfFile:
         little = np.dtype(dtype).newbyteorder("<")
         return np.ndarray((count, width), little, data, offset, (stride, np.dtype(dtype).itemsize))
 
-    def _view_bytes(self, index: Any, user: str) -> tuple[bytes | memoryview, int]:
+    def _view_bytes(self, index: Untyped, user: str) -> tuple[bytes | memoryview, int]:
         view = self.item("bufferViews", index, user)
         name = f"bufferViews[{index}]"
         for extension in decoders.MESHOPT_EXTENSIONS:
@@ -230,7 +231,7 @@ class GltfFile:
             self.fail(f"{name} reaches to byte {offset + length} of a buffer that has {len(data)}")
         return memoryview(data)[offset : offset + length], self.integer(view, "byteStride", name, 0)
 
-    def _meshopt(self, compressed: dict[str, Any], name: str) -> bytes:
+    def _meshopt(self, compressed: JSONObject, name: str) -> bytes:
         """Bytes of a bufferView that is stored under EXT_meshopt_compression."""
         data = memoryview(self._buffer(compressed, name))
         offset = self.integer(compressed, "byteOffset", name, 0)
@@ -244,7 +245,7 @@ class GltfFile:
         except ValueError as error:
             self.fail(f"the meshopt data of {name} cannot be decoded ({error})")
 
-    def _buffer(self, view: dict[str, Any], user: str) -> bytes | memoryview:
+    def _buffer(self, view: JSONObject, user: str) -> bytes | memoryview:
         index = view.get("buffer")
         entry = self.item("buffers", index, user)
         assert isinstance(index, int)
@@ -275,7 +276,7 @@ class GltfFile:
             self.fail(f"{name} is in the file {uri!r}, which is missing", "put it beside the mesh")
         return data
 
-    def _with_sparse(self, values: NDArray[Any], sparse: dict[str, Any], name: str) -> NDArray[Any]:
+    def _with_sparse(self, values: Array, sparse: JSONObject, name: str) -> Array:
         count = self.integer(sparse, "count", f"sparse {name}")
         places = self.table(sparse, "indices", name)
         contents = self.table(sparse, "values", name)

@@ -292,6 +292,7 @@ class _Reader:
         if "sampler" in entry:
             sampler = file.item("samplers", entry["sampler"], name)
             wrap = Wrap(*(self._wrap(sampler, key, name) for key in ("wrapS", "wrapT")))
+        file.item("images", image, name)
         if image not in self._images:
             data = file.image_bytes(image, name)
             where = f"scene {file.path}: images[{image}]"
@@ -300,7 +301,7 @@ class _Reader:
 
     def _wrap(self, sampler: dict[str, Any], key: str, name: str) -> str:
         value = sampler.get(key, 10497)
-        if value not in _WRAPS:
+        if not isinstance(value, int) or value not in _WRAPS:
             self.file.fail(f"{key!r} of {name} is {value!r:.20}; valid: {', '.join(map(str, _WRAPS))}")
         return _WRAPS[value]
 

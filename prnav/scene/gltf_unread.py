@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from prnav.aliases import JSONObject
 from prnav.scene import decoders
 from prnav.scene.gltf import READ, GltfFile
 
@@ -52,6 +51,6 @@ def unread_notes(file: GltfFile) -> list[str]:
     return notes
 
 
-def _primitives(file: GltfFile) -> list[dict[str, Any]]:
+def _primitives(file: GltfFile) -> list[JSONObject]:
     lists = [mesh.get("primitives", []) for mesh in file.items("meshes")]
     return [item for one in lists if isinstance(one, list) for item in one if isinstance(item, dict)]

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.errors import SceneError
 from prnav.files import resolve_inside
 from prnav.scene.scene_file import AssetFrame, PlacedObject, SceneFile, check_placement
@@ -29,7 +29,7 @@ MAX_BYTES = 64 << 20
 """Largest config file that is read."""
 
 
-def read_config(path: Path) -> dict[str, Any]:
+def read_config(path: Path) -> JSONObject:
     """A config file's object.
 
     Raises:
@@ -51,7 +51,7 @@ def read_config(path: Path) -> dict[str, Any]:
     return values
 
 
-def frame_of(attributes: Mapping[str, Any], default: AssetFrame, where: str) -> AssetFrame:
+def frame_of(attributes: Mapping[str, JSON], default: AssetFrame, where: str) -> AssetFrame:
     """Frame of an asset by its attributes; what they do not say is the default's.
 
     Raises:
@@ -78,7 +78,7 @@ class Template:
 
     where: str
     folder: Path
-    attributes: dict[str, Any]
+    attributes: JSONObject
 
     def asset(self, key: str, root: Path) -> Path | None:
         """The file that a key names, None where there is no such key."""
@@ -102,7 +102,7 @@ class DatasetConfig:
 
     path: Path
     root: Path
-    values: dict[str, Any] = field(repr=False)
+    values: JSONObject = field(repr=False)
 
     @classmethod
     def read(cls, path: Path, root: Path) -> DatasetConfig:
@@ -158,7 +158,7 @@ class DatasetConfig:
     def _object_names(self) -> dict[str, Template]:
         return {name.rsplit("/", 1)[-1]: template for name, template in reversed(self.objects.items())}
 
-    def _table(self, kind: str) -> dict[str, Any]:
+    def _table(self, kind: str) -> JSONObject:
         table = self.values.get(kind, {})
         if not isinstance(table, dict):
             raise SceneError(f"config {self.path}: {kind!r} is {table!r:.40}; it must be an object")
@@ -186,9 +186,7 @@ class DatasetConfig:
                 self._override(entry, defaults, result, suffix)
         return result
 
-    def _override(
-        self, entry: dict[str, Any], defaults: dict[str, Any], templates: dict[str, Template], suffix: str
-    ) -> None:
+    def _override(self, entry: JSONObject, defaults: JSONObject, templates: dict[str, Template], suffix: str) -> None:
         """An entry of ``configs``: attributes on top of a file's, or of none."""
         attributes = entry.get("attributes", {})
         original, handle = entry.get("original_file"), entry.get("template_handle")
@@ -257,7 +255,7 @@ def read_instance(path: Path, config: DatasetConfig, stage_frame: AssetFrame, sc
     return SceneFile(scene_id, mesh, frame, navmesh, placed)
 
 
-def _instance_navmesh(values: dict[str, Any], path: Path, config: DatasetConfig, stage: Template) -> Path | None:
+def _instance_navmesh(values: JSONObject, path: Path, config: DatasetConfig, stage: Template) -> Path | None:
     name = path.name.removesuffix(SCENE_SUFFIX)
     named = values.get("navmesh_instance")
     candidates = [config.navmesh(key) for key in (named, name) if isinstance(key, str)]
@@ -266,7 +264,7 @@ def _instance_navmesh(values: dict[str, Any], path: Path, config: DatasetConfig,
     return next((found for found in candidates if found is not None and found.is_file()), None)
 
 
-def _placed(item: Any, config: DatasetConfig, origin: Any, where: str) -> PlacedObject:
+def _placed(item: Untyped, config: DatasetConfig, origin: Untyped, where: str) -> PlacedObject:
     template = _template(config, "objects", item, where)
     uniform = item.get("uniform_scale", 1.0)
     if not isinstance(uniform, int | float) or isinstance(uniform, bool) or not abs(uniform) < 1e9:
@@ -290,7 +288,7 @@ def _placed(item: Any, config: DatasetConfig, origin: Any, where: str) -> Placed
     return placed
 
 
-def _template(config: DatasetConfig, kind: str, entry: Any, where: str) -> Template:
+def _template(config: DatasetConfig, kind: str, entry: Untyped, where: str) -> Template:
     name = entry.get("template_name") if isinstance(entry, dict) else None
     if not isinstance(name, str):
         raise SceneError(f"{where}: it has no 'template_name' in {kind}; copy the file again")
@@ -309,7 +307,7 @@ def _mesh(template: Template, root: Path) -> Path:
     return mesh
 
 
-def _vector(values: Mapping[str, Any], key: str, default: Any, where: str) -> Any:
+def _vector(values: Mapping[str, JSON], key: str, default: Untyped, where: str) -> Untyped:
     value = values.get(key, default)
     good = isinstance(value, list | tuple) and len(value) == len(default)
     if not good or not all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e9 for x in value):

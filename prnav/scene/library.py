@@ -9,11 +9,10 @@ import re
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.cache import cache_key, cached_arrays, is_cached
 from prnav.config import to_mapping
 from prnav.errors import SceneError, SceneNote
@@ -199,7 +198,7 @@ def _houses_code() -> str:
 
 
 def _cached(kind: str, key: str, name: str, make: Callable[[], SceneMesh]) -> SceneMesh:
-    def stored() -> dict[str, NDArray[Any]]:
+    def stored() -> dict[str, Array]:
         mesh = make()
         notes = np.frombuffer(json.dumps(mesh.notes).encode(), np.uint8)
         return {**mesh.to_arrays(), "notes": notes}

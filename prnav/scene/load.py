@@ -12,9 +12,7 @@ from prnav.errors import SceneError
 from prnav.frames import to_y_up
 from prnav.scene.gltf_scene import gltf_parts
 from prnav.scene.mesh import SceneMesh
-from prnav.scene.obj import obj_parts
 from prnav.scene.parts import Part, Textures, assemble, check_triangles
-from prnav.scene.ply import ply_parts
 from prnav.scene.scene_file import AXES, PlacedObject, SceneFile
 from prnav.scene.source import MeshSource
 from prnav.scene.texture_budget import MAX_TEXTURE_SIZE, TEXTURE_BUDGET, TextureLimits
@@ -91,8 +89,15 @@ def compose(scene: SceneFile, stage: MeshSource, objects: dict[Path, MeshSource]
 def read_parts(source: MeshSource, textures: Textures, notes: list[str]) -> list[Part]:
     """Parts of a mesh file in its own frame; its images go into ``textures``, what it lacks into ``notes``."""
     notes += source.notes
-    read = {".obj": obj_parts, ".ply": ply_parts}.get(source.suffix, gltf_parts)
-    return read(source, textures, notes)
+    if source.suffix == ".obj":
+        from prnav.scene.obj import obj_parts  # compiled: not for those who read no OBJ
+
+        return obj_parts(source, textures, notes)
+    if source.suffix == ".ply":
+        from prnav.scene.ply import ply_parts
+
+        return ply_parts(source, textures, notes)
+    return gltf_parts(source, textures, notes)
 
 
 def _placed(parts: Sequence[Part], matrix: NDArray[np.float64]) -> list[Part]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.cache import hash_arrays
 from prnav.errors import SceneError
 from prnav.scene.atlas import TextureAtlas
@@ -80,13 +80,13 @@ class SceneMesh:
         used = self.vertices[self.faces.ravel()]
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, Array]:
         """All arrays by name, the atlas's among them."""
         arrays = {field: getattr(self, field) for field in (*_FIELDS, "face_texture")}
         return {**arrays, **self.atlas.to_arrays()}
 
     @classmethod
-    def from_arrays(cls, name: str, arrays: Mapping[str, NDArray[Any]], notes: tuple[str, ...] = ()) -> SceneMesh:
+    def from_arrays(cls, name: str, arrays: Mapping[str, Array], notes: tuple[str, ...] = ()) -> SceneMesh:
         """Inverse of :meth:`to_arrays`, which holds neither name nor notes."""
         fields = {field: arrays[field] for field in (*_FIELDS, "face_texture")}
         return cls(name=name, **fields, atlas=TextureAtlas(arrays["texels"], arrays["table"]), notes=notes)

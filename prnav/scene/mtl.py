@@ -19,6 +19,7 @@ from prnav.scene.text_files import decode_name, join_continued, plain_bytes
 
 _ONE_WORD = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-bm", "-boost", "-imfchan", "-type", "-colorspace")
 _UP_TO_THREE = ("-o", "-s", "-t")
+_OPTION_BEHIND = re.compile(r"\s-(?:s|o|t|mm|bm|boost|clamp|blendu|blendv|cc|texres|imfchan|type)\s", re.IGNORECASE)
 _READ = ("newmtl", "kd", "ke", "map_kd", "map_ke")
 
 
@@ -49,7 +50,7 @@ class TextureMap:
 
 
 @dataclass
-class Material:
+class MtlMaterial:
     """One material of an MTL file."""
 
     name: str
@@ -83,14 +84,14 @@ class Material:
         return np.clip(value, 0.0, 1.0)
 
 
-def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
+def parse_mtl(data: bytes, library: str) -> tuple[list[MtlMaterial], list[str]]:
     """Materials of an MTL file in its order, and what is worth a note.
 
     Args:
         data: the file's bytes.
         library: its name, as the OBJ gives it.
     """
-    materials: list[Material] = []
+    materials: list[MtlMaterial] = []
     notes: list[str] = []
     for raw in join_continued(plain_bytes(data)).splitlines():
         line = decode_name(raw).replace("\0", "").strip()
@@ -99,7 +100,7 @@ def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
         if keyword not in _READ:
             continue
         if keyword == "newmtl":
-            materials.append(Material(rest.strip(), library))
+            materials.append(MtlMaterial(rest.strip(), library))
             continue
         if not materials:
             notes.append(f"{library}: {keyword} stands before any newmtl and is not read")
@@ -122,7 +123,7 @@ def parse_mtl(data: bytes, library: str) -> tuple[list[Material], list[str]]:
     return materials, notes
 
 
-def find_material(materials: dict[str, Material], name: str) -> Material | None:
+def find_material(materials: dict[str, MtlMaterial], name: str) -> MtlMaterial | None:
     """Material that ``usemtl`` names, a comment at the end of the line left aside if that is what it is."""
     for candidate in (name, _before_comment(name), _unquoted(name)):
         if candidate in materials:
@@ -222,6 +223,9 @@ def _texture_map(rest: str, notes: list[str], library: str) -> TextureMap | None
     names = [name for name in dict.fromkeys((_unquoted(text), text, _before_comment(text))) if name]
     if '"' in text:  # a comment behind a name in quotes
         names = [name for name in names if not name.startswith('"')] or names
+    if (behind := _OPTION_BEHIND.search(text)) and behind.start():
+        names.append(text[: behind.start()].strip())
+        notes.append(f"{library}: options behind the name of {names[-1]!r} are not applied")
     if not names:
         notes.append(f"{library}: a map without a name is not read")
         return None

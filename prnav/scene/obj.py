@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from prnav.errors import SceneError
 from prnav.scene.images import EncodedImage
-from prnav.scene.mtl import Material, TextureMap, find_material, library_names, parse_mtl
+from prnav.scene.mtl import MtlMaterial, TextureMap, find_material, library_names, parse_mtl
 from prnav.scene.obj_scan import BAD_CORNER, BAD_NUMBER, EARLY_INDEX, FEW_NUMBERS, ObjFault, ObjLines, scan_obj
 from prnav.scene.parts import Part, Textures, check_triangles
 from prnav.scene.real_colors import color_range
@@ -102,9 +102,9 @@ def _statements(data: bytes, lines: ObjLines, notes: list[str]) -> tuple[list[_U
     return uses, libraries
 
 
-def _materials(source: MeshSource, statements: Sequence[str], notes: list[str]) -> dict[str, Material]:
+def _materials(source: MeshSource, statements: Sequence[str], notes: list[str]) -> dict[str, MtlMaterial]:
     """Materials by name; of several with one name the first library's counts, as the format says."""
-    materials: dict[str, Material] = {}
+    materials: dict[str, MtlMaterial] = {}
     keys = [name for rest in statements for way in library_names(rest) for name in way if name in source.side]
     for key in dict.fromkeys(keys):
         found, own_notes = parse_mtl(source.side[key], key)
@@ -116,8 +116,8 @@ def _materials(source: MeshSource, statements: Sequence[str], notes: list[str]) 
     return materials
 
 
-def _alike(a: Material, b: Material) -> bool:
-    def key(m: Material) -> tuple[object, ...]:
+def _alike(a: MtlMaterial, b: MtlMaterial) -> bool:
+    def key(m: MtlMaterial) -> tuple[object, ...]:
         colors = [None if value is None else value.tolist() for value in (m.diffuse, m.emission)]
         return (*map(repr, colors), m.diffuse_map, m.emission_map)
 
@@ -125,10 +125,10 @@ def _alike(a: Material, b: Material) -> bool:
 
 
 def _used_materials(
-    uses: Sequence[_Use], faces: int, materials: dict[str, Material], libraries: bool, notes: list[str]
-) -> list[tuple[int, Material | None]]:
+    uses: Sequence[_Use], faces: int, materials: dict[str, MtlMaterial], libraries: bool, notes: list[str]
+) -> list[tuple[int, MtlMaterial | None]]:
     """First face and material of each stretch, None for the plain one."""
-    result: list[tuple[int, Material | None]] = []
+    result: list[tuple[int, MtlMaterial | None]] = []
     unknown: list[str] = []
     ends = [use.first for use in uses[1:]] + [faces]
     for use, end in zip(uses, ends, strict=True):
@@ -148,12 +148,12 @@ def _parts(
     lines: ObjLines,
     triangles: NDArray[np.int64],
     faces: NDArray[np.int64],
-    used: Sequence[tuple[int, Material | None]],
+    used: Sequence[tuple[int, MtlMaterial | None]],
     textures: Textures,
     notes: list[str],
 ) -> list[Part]:
     colors = None if lines.colors is None else _vertex_colors(lines.colors)
-    distinct: dict[int, tuple[int, Material | None]] = {}
+    distinct: dict[int, tuple[int, MtlMaterial | None]] = {}
     numbers = [distinct.setdefault(id(material), (len(distinct), material))[0] for _, material in used]
     firsts = np.array([first for first, _ in used])
     group = np.array(numbers)[np.searchsorted(firsts, faces, side="right") - 1]
@@ -179,7 +179,7 @@ def _parts(
     return parts
 
 
-def _texture(source: MeshSource, material: Material | None, textures: Textures) -> tuple[int, Wrap]:
+def _texture(source: MeshSource, material: MtlMaterial | None, textures: Textures) -> tuple[int, Wrap]:
     """Number of a material's picture, 0 where there is none, and how it goes on beyond its border."""
     texture = None if material is None else material.map
     if material is None or texture is None:
@@ -199,7 +199,7 @@ def _part(
     colors: NDArray[np.float64] | None,
     factor: NDArray[np.float64],
     texture: int,
-    material: Material | None,
+    material: MtlMaterial | None,
 ) -> Part:
     """Part of the triangles with these corners, (F, 3, 2)."""
     vertex, uv = corners[..., 0].ravel(), corners[..., 1].ravel()

@@ -6,11 +6,11 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.errors import SceneError
 from prnav.scene.images import EncodedImage
 from prnav.scene.mesh import SceneMesh
@@ -44,9 +44,9 @@ class Part:
     @classmethod
     def of(
         cls,
-        vertices: NDArray[Any],
-        faces: NDArray[Any],
-        uvs: NDArray[Any] | None,
+        vertices: Array,
+        faces: Array,
+        uvs: Array | None,
         colors: NDArray[np.float64],
         texture: int,
     ) -> Part:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from prnav.errors import SceneError
 from prnav.scene.images import EncodedImage
 from prnav.scene.parts import Part, Textures, check_triangles
-from prnav.scene.ply_file import Header, ListColumn, Table, read_header, read_tables
+from prnav.scene.ply_file import Header, ListColumn, Rows, read_header, read_tables
 from prnav.scene.real_colors import color_range
 from prnav.scene.source import MeshSource
 from prnav.scene.triangulate import MAX_CORNERS, triangulate
@@ -74,7 +74,7 @@ def _note_elements(header: Header, notes: list[str]) -> None:
         notes.append(f"elements not read: {', '.join(sorted(others))}")
 
 
-def _note_columns(table: Table, what: str, notes: list[str]) -> None:
+def _note_columns(table: Rows, what: str, notes: list[str]) -> None:
     read = {"x", "y", "z", "texnumber", "texcoord", *_READ_PAST, *_INDICES}
     for names in (*_UVS, *_COLORS):
         read.update(names)
@@ -83,7 +83,7 @@ def _note_columns(table: Table, what: str, notes: list[str]) -> None:
         notes.append(f"properties of {what} not read: {', '.join(others)}")
 
 
-def _colors(table: Table, what: str, notes: list[str]) -> NDArray[np.float64] | None:
+def _colors(table: Rows, what: str, notes: list[str]) -> NDArray[np.float64] | None:
     """Colours 0..1 (n, 3); None where the element has none."""
     for names in _COLORS:
         present = [name for name in names if name in table.scalars]
@@ -105,19 +105,20 @@ def _unit(values: NDArray[np.float64], kind: str) -> NDArray[np.float64]:
     return values / (255.0 if top <= 255.0 else 65535.0 if top <= 65535.0 else 2.0**32 - 1.0)
 
 
-def _surface(source: MeshSource, name: str, table: Table, positions: NDArray[np.float64], notes: list[str]) -> _Surface:
+def _surface(source: MeshSource, name: str, table: Rows, positions: NDArray[np.float64], notes: list[str]) -> _Surface:
     path = source.path
     column = next((table.lists[key] for key in _INDICES if key in table.lists), None)
     if column is None:
         raise SceneError(f"scene {path}: its {name} element has no list {' or '.join(_INDICES[:2])}; export it again")
     strips = name in _STRIPS
-    vertex = column.values.astype(np.int64)
-    bad = (vertex != column.values) | (vertex >= len(positions)) | (vertex < (-1 if strips else 0))
+    values = column.values
+    bad = ~((values >= (-1 if strips else 0)) & (values < len(positions)) & (values == np.floor(values)))
     if bad.any():
-        found = column.values[bad][0]
+        found = values[bad][0]
         raise SceneError(
             f"scene {path}: a {name} refers to vertex {found:.15g}, valid are 0..{len(positions) - 1}; export it again"
         )
+    vertex = values.astype(np.int64)
     if strips:
         triangles, rows = _strip_triangles(vertex, column.sizes)
         return _Surface(np.maximum(vertex, 0), triangles, rows)
@@ -158,8 +159,8 @@ def _textured_parts(
     surface: _Surface,
     positions: NDArray[np.float64],
     vertex_colors: NDArray[np.float64] | None,
-    vertex: Table,
-    faces: Table,
+    vertex: Rows,
+    faces: Rows,
     header: Header,
     textures: Textures,
     notes: list[str],
@@ -186,7 +187,7 @@ def _textured_parts(
 
 
 def _corner_uvs(
-    source: MeshSource, surface: _Surface, vertex: Table, faces: Table, notes: list[str]
+    source: MeshSource, surface: _Surface, vertex: Rows, faces: Rows, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Texture coordinates of corners (C, 2), v up, and the triangles that have them (F,)."""
     column = faces.lists.get("texcoord")
@@ -215,7 +216,7 @@ def _face_uvs(
     return uvs, has[surface.polygons]
 
 
-def _pictures(surface: _Surface, vertex: Table, faces: Table, header: Header, notes: list[str]) -> NDArray[np.int64]:
+def _pictures(surface: _Surface, vertex: Rows, faces: Rows, header: Header, notes: list[str]) -> NDArray[np.int64]:
     """Number of the picture of each triangle, -1 for none, (F,)."""
     count = len(header.textures)
     if "texnumber" in faces.scalars:

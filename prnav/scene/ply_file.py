@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from prnav.errors import SceneError
@@ -25,7 +24,7 @@ _TYPES = {
     "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "int64": "i8", "uint64": "u8",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8", "float16": "f2",
 }  # fmt: skip
-_START = re.compile(rb"\s*ply[ \t]*(\r\n|\n|\r)")
+_START = re.compile(rb"(?:\xef\xbb\xbf)?\s*ply[ \t]*(\r\n|\n|\r)")
 _END = re.compile(rb"(?:\r\n|\n|\r)[ \t]*end_header[ \t]*(\r\n|\n|\r|$)")
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _MAX_VALUE = 1 << 53
@@ -75,7 +74,7 @@ class ListColumn(NamedTuple):
     """How many each row has, (n,)."""
 
 
-class Table(NamedTuple):
+class Rows(NamedTuple):
     """Columns of an element by their names in lower case."""
 
     rows: int
@@ -130,7 +129,7 @@ def read_header(path: Path, data: bytes) -> Header:
     return Header(order, elements, textures, body)
 
 
-def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Table]:
+def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Rows]:
     """Elements of a PLY file by name.
 
     Args:
@@ -146,7 +145,7 @@ def read_tables(path: Path, data: bytes, header: Header, wanted: tuple[str, ...]
         return _text_tables(path, data[header.body :], header, wanted)
     body = np.frombuffer(data, np.uint8, offset=header.body)
     _check_promise(path, sum(e.count * e.least_bytes for e in header.elements), len(body), "bytes")
-    tables: dict[str, Table] = {}
+    tables: dict[str, Rows] = {}
     start = 0
     for number, element in enumerate(header.elements):
         if not any(later.name in wanted for later in header.elements[number:]):
@@ -188,7 +187,7 @@ def _check_promise(path: Path, promised: int, found: int, unit: str) -> None:
         )
 
 
-def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Table]:
+def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...]) -> dict[str, Rows]:
     least = sum(element.count * len(element.properties) for element in header.elements)
     _check_promise(path, least, (len(body) + 1) // 2, "numbers")
     words = body.split()
@@ -200,7 +199,7 @@ def _text_tables(path: Path, body: bytes, header: Header, wanted: tuple[str, ...
             f"scene {path}: {decode_name(wrong)!r:.40} stands where a number is needed; repair or export the file again"
         ) from None
     _check_promise(path, least, len(numbers), "numbers")
-    tables: dict[str, Table] = {}
+    tables: dict[str, Rows] = {}
     start = 0
     for element in header.elements:
         offsets, end = _text_rows(path, numbers, start, element)
@@ -225,16 +224,18 @@ def _is_number(word: bytes) -> bool:
 
 def _text_rows(path: Path, numbers: NDArray[np.float64], start: int, element: Element) -> tuple[NDArray[np.int64], int]:
     """Where each column of each row starts, (n, columns), and where the element ends."""
+    from prnav.scene.ply_rows import walk_text  # compiled: not for those who read no PLY
+
     lists = np.array([p.count_type is not None for p in element.properties], bool)
     offsets = np.empty((element.count, len(lists)), np.int64)
-    end = _walk_text(numbers, start, lists, offsets)
+    end = walk_text(numbers, start, lists, offsets)
     if end < 0:
         _bad_rows(path, element, -1 - end)
     return offsets, end
 
 
-def _text_table(numbers: NDArray[np.float64], offsets: NDArray[np.int64], element: Element) -> Table:
-    table = Table(element.count, {}, {}, {})
+def _text_table(numbers: NDArray[np.float64], offsets: NDArray[np.int64], element: Element) -> Rows:
+    table = Rows(element.count, {}, {}, {})
     for column, p in enumerate(element.properties):
         at = offsets[:, column]
         table.types[p.name] = p.type
@@ -260,15 +261,17 @@ def _binary_rows(
             _bad_rows(path, element, max(0, (len(body) - start) // max(row, 1)))
         columns = np.cumsum(sizes) - sizes
         return start + row * np.arange(element.count)[:, None] + columns[None, :], end
+    from prnav.scene.ply_rows import walk_binary
+
     offsets = np.empty((element.count, len(sizes)), np.int64)
-    end = _walk_binary(body, start, sizes, counts, signed, order == ">", offsets)
+    end = walk_binary(body, start, sizes, counts, signed, order == ">", offsets)
     if end < 0:
         _bad_rows(path, element, -1 - end)
     return offsets, end
 
 
-def _binary_table(body: NDArray[np.uint8], offsets: NDArray[np.int64], element: Element, order: str) -> Table:
-    table = Table(element.count, {}, {}, {})
+def _binary_table(body: NDArray[np.uint8], offsets: NDArray[np.int64], element: Element, order: str) -> Rows:
+    table = Rows(element.count, {}, {}, {})
     for column, p in enumerate(element.properties):
         at = offsets[:, column]
         table.types[p.name] = p.type
@@ -288,7 +291,8 @@ def _numbers(body: NDArray[np.uint8], at: NDArray[np.int64], kind: str) -> NDArr
     raw = np.empty((len(at), dtype.itemsize), np.uint8)
     for k in range(dtype.itemsize):
         raw[:, k] = body[at + k]
-    return raw.view(dtype)[:, 0].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        return raw.view(dtype)[:, 0].astype(np.float64)
 
 
 def _spread(firsts: NDArray[np.int64], sizes: NDArray[np.int64], stride: int) -> NDArray[np.int64]:
@@ -302,47 +306,3 @@ def _bad_rows(path: Path, element: Element, row: int) -> NoReturn:
         f"scene {path}: {element.name} {row} of {element.count} has a list of a wrong length, or is cut off; "
         "copy or export the file again"
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _walk_text(numbers, start, lists, offsets):
-    """Fill in where columns start; the end, or -1 - row where a row does not fit."""
-    for row in range(len(offsets)):
-        for column in range(len(lists)):
-            if start >= len(numbers):
-                return -1 - row
-            offsets[row, column] = start
-            if lists[column]:
-                size = numbers[start]
-                if not 0.0 <= size <= len(numbers) - start - 1 or size != np.floor(size):
-                    return -1 - row
-                start += int(size)
-            start += 1
-    return start
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _walk_binary(body, start, sizes, counts, signed, big, offsets):
-    """Fill in where columns start; the end, or -1 - row where a row does not fit."""
-    for row in range(len(offsets)):
-        for column in range(len(sizes)):
-            offsets[row, column] = start
-            if counts[column] == 0:
-                start += sizes[column]
-                continue
-            width = counts[column]
-            if start + width > len(body):
-                return -1 - row
-            size = np.uint64(0)
-            for k in range(width):
-                byte = body[start + k] if big else body[start + width - 1 - k]
-                size = size << np.uint64(8) | np.uint64(byte)
-            if signed[column] and size >> np.uint64(8 * width - 1):
-                return -1 - row
-            start += width
-            if size > np.uint64((len(body) - start) // sizes[column]):
-                return -1 - row
-            start += int(size) * sizes[column]
-        if start > len(body):
-            return -1 - row
-    return start

@@ -6,11 +6,11 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSONObject
 from prnav.errors import SceneError
 from prnav.frames import quaternion_to_matrix
 
@@ -124,7 +124,7 @@ class SceneFile:
     navmesh: Path | None = None
     objects: tuple[PlacedObject, ...] = ()
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> JSONObject:
         """What counts for the arrays besides the files' bytes, which are numbered as they appear; JSON-able."""
         files = {path: number for number, path in enumerate(dict.fromkeys(placed.path for placed in self.objects))}
         kept = [dataclasses.asdict(placed) | {"path": files[placed.path]} for placed in self.objects]

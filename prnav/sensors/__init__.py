@@ -1,7 +1,10 @@
-"""What an agent senses: designs of sensors on its body, photoreceptors, cameras, GPS, compass and the point goal."""
+"""What an agent senses: designs of sensors on its body, GPS, compass and the point goal.
 
-from prnav.sensors.body import Body, Surface
-from prnav.sensors.camera import Camera, CameraConfig
+What reads light stands beside, with the renderer that it needs: :mod:`prnav.sensors.photoreceptor` and
+:mod:`prnav.sensors.camera`.
+"""
+
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import (
     AXES,
     FOV_LIMITS,
@@ -12,7 +15,14 @@ from prnav.sensors.design import (
     Seat,
     check_poses,
 )
-from prnav.sensors.design_file import design_to_toml, library_designs, load_design, save_design
+from prnav.sensors.design_file import (
+    design_model,
+    design_summaries,
+    design_to_toml,
+    library_designs,
+    load_design,
+    save_design,
+)
 from prnav.sensors.design_map import (
     effective_theta,
     free_values,
@@ -24,7 +34,6 @@ from prnav.sensors.design_map import (
 )
 from prnav.sensors.gps_compass import compass, gps, pointgoal
 from prnav.sensors.mesh_body import MeshBody
-from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
 from prnav.sensors.readout import Readout, read_out
 
 __all__ = [
@@ -32,19 +41,17 @@ __all__ = [
     "FOV_LIMITS",
     "MIRROR",
     "Body",
-    "Camera",
-    "CameraConfig",
     "Design",
     "DesignSpace",
     "Link",
     "MeshBody",
-    "PhotoreceptorConfig",
-    "Photoreceptors",
     "Readout",
+    "BodySurface",
     "Seat",
-    "Surface",
     "check_poses",
     "compass",
+    "design_model",
+    "design_summaries",
     "design_to_toml",
     "effective_theta",
     "free_values",

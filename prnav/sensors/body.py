@@ -1,8 +1,8 @@
 """The body that sensors sit on, and how they move over its surface.
 
-A body answers the same few questions whatever its shape (:class:`Surface`): the closest place on it, whether a point
-is inside, where a sensor gets to when it is pushed (:meth:`Surface.move`) and which push leads from one place to
-another (:meth:`Surface.push`, its inverse). :class:`Body` is the upright cylinder;
+A body answers the same few questions whatever its shape (:class:`BodySurface`): the closest place on it, whether a
+point is inside, where a sensor gets to when it is pushed (:meth:`BodySurface.move`) and which push leads from one place
+to another (:meth:`BodySurface.push`, its inverse). :class:`Body` is the upright cylinder;
 :class:`prnav.sensors.mesh_body.MeshBody` any closed mesh.
 """
 
@@ -25,7 +25,7 @@ FREE = (False, False, False)
 """No coordinate held."""
 
 
-class Surface(Protocol):
+class BodySurface(Protocol):
     """What a design needs of a body; points are (..., 3) [m] in its frame: feet at the origin, y up, -z ahead."""
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import DesignError
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 
 Float64 = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class Seat:
 
     body: str
     """Its name, as design files give it."""
-    surface: Surface
+    surface: BodySurface
     """Its surface, in the frame that the sensor's pose is given in."""
 
 
@@ -138,7 +138,7 @@ class Design:
     """Poses in the body's frame, shape (K, 7); see :data:`AXES`."""
     grid: int = 4
     """Receptors per row of each sensor."""
-    body: Surface = field(default_factory=Body)
+    body: BodySurface = field(default_factory=Body)
     space: DesignSpace = field(default_factory=DesignSpace)
     description: str = ""
     """The idea behind the design."""
@@ -181,7 +181,7 @@ class Design:
         """Number of sensors K."""
         return len(self.sensors)
 
-    def surface(self, sensor: int) -> Surface:
+    def surface(self, sensor: int) -> BodySurface:
         """What a sensor sits on and moves over."""
         return self.seats[sensor].surface if self.seats else self.body
 
@@ -207,7 +207,7 @@ class Design:
 
 
 def check_poses(
-    poses: ArrayLike, body: Surface, where: str = "design", space: DesignSpace | None = None, first: int = 0
+    poses: ArrayLike, body: BodySurface, where: str = "design", space: DesignSpace | None = None, first: int = 0
 ) -> None:
     """Pass if every pose (..., 7) is a sensor on the body and within the limits of its space.
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import tomli_w
@@ -15,7 +16,7 @@ from prnav.config import load_config
 from prnav.errors import ConfigError, DesignError
 from prnav.files import resolve_inside, write_text
 from prnav.resources import resource
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace, Link, Seat
 from prnav.sensors.mesh_body import load_mesh_body
 
@@ -82,6 +83,24 @@ def library_designs(model: str = "") -> list[str]:
     return [path.stem for path in paths if load_config(_DesignTable, path).body.model == model]
 
 
+class DesignSummary(NamedTuple):
+    """What a design of the library is, without the bodies that its sensors sit on."""
+
+    name: str
+    model: str
+    """The model on whose bodies its sensors sit; empty for one body that the design describes."""
+    sensors: int
+    grid: int
+    description: str
+
+
+def design_summaries() -> list[DesignSummary]:
+    """All designs that travel with the package, for whatever body."""
+    paths = sorted(resource("configs", "designs").glob("*.toml"))
+    tables = [load_config(_DesignTable, path) for path in paths]
+    return [DesignSummary(t.name, t.body.model, len(t.sensors), t.grid, t.description) for t in tables]
+
+
 def design_model(path_or_name: str | Path) -> str:
     """The model on whose bodies a design's sensors sit; empty for one body that the design itself describes.
 
@@ -92,7 +111,7 @@ def design_model(path_or_name: str | Path) -> str:
 
 
 def load_design(
-    path_or_name: str | Path, sensors: int | None = None, bodies: Mapping[str, Surface] | None = None
+    path_or_name: str | Path, sensors: int | None = None, bodies: Mapping[str, BodySurface] | None = None
 ) -> Design:
     """Design from a TOML file, or from the library by name. Photoreceptor grids and cameras share the format.
 
@@ -105,7 +124,7 @@ def load_design(
     Raises:
         DesignError: no such file or name, a broken file, or a design that its body, its limits or ``sensors`` refuse.
     """
-    table, path = _read_table(path_or_name)
+    table, path = _read_table(path_or_name, bodies is not None)
     if table.body.model and bodies is None:
         raise DesignError(f"{path}: design {table.name} is for the bodies of {table.body.model!r}, which are not here")
     try:
@@ -117,12 +136,12 @@ def load_design(
     return design
 
 
-def _read_table(path_or_name: str | Path) -> tuple[_DesignTable, Path]:
+def _read_table(path_or_name: str | Path, for_bodies: bool = False) -> tuple[_DesignTable, Path]:
     path = Path(path_or_name)
     if path.suffix != ".toml":
         folder = resource("configs", "designs")
-        names = sorted(file.stem for file in folder.glob("*.toml"))
-        if str(path_or_name) not in names:
+        if not (folder / f"{path_or_name}.toml").is_file() or "/" in str(path_or_name):
+            names = [summary.name for summary in design_summaries() if bool(summary.model) == for_bodies]
             raise DesignError(
                 f"design {str(path_or_name)!r} is not in the library; valid: {', '.join(names)}, or the path of a "
                 f".toml file"
@@ -134,7 +153,7 @@ def _read_table(path_or_name: str | Path) -> tuple[_DesignTable, Path]:
         raise DesignError(str(error)) from error
 
 
-def _design(table: _DesignTable, path: Path, bodies: Mapping[str, Surface] | None) -> Design:
+def _design(table: _DesignTable, path: Path, bodies: Mapping[str, BodySurface] | None) -> Design:
     rows: list[list[float]] = []
     links: list[Link] = []
     for index, sensor in enumerate(table.sensors):
@@ -169,7 +188,7 @@ def _design(table: _DesignTable, path: Path, bodies: Mapping[str, Surface] | Non
     )
 
 
-def _seats(table: _DesignTable, bodies: Mapping[str, Surface] | None) -> tuple[Seat, ...]:
+def _seats(table: _DesignTable, bodies: Mapping[str, BodySurface] | None) -> tuple[Seat, ...]:
     if not bodies:
         for index, sensor in enumerate(table.sensors):
             if sensor.body:
@@ -184,7 +203,7 @@ def _seats(table: _DesignTable, bodies: Mapping[str, Surface] | None) -> tuple[S
     return tuple(Seat(sensor.body, bodies[sensor.body]) for sensor in table.sensors)
 
 
-def _body(table: _BodyTable, path: Path) -> Surface:
+def _body(table: _BodyTable, path: Path) -> BodySurface:
     if table.mesh is None:
         return Body(table.radius, table.height)
     return load_mesh_body(resolve_inside(path.parent, table.mesh, DesignError), table.mesh)
@@ -193,8 +212,7 @@ def _body(table: _BodyTable, path: Path) -> Surface:
 def _space(table: _SpaceTable) -> DesignSpace:
     values = {}
     for axis in (*AXES, "fov_min", "fov_max"):
-        key = f"{axis}_deg"
-        values[axis] = math.radians(getattr(table, key)) if hasattr(table, key) else getattr(table, axis)
+        values[axis] = getattr(table, axis) if axis in AXES[:3] else math.radians(getattr(table, f"{axis}_deg"))
     limits = []
     for axis in AXES[:6]:
         given = getattr(table.limits, axis if axis in AXES[:3] else f"{axis}_deg")

@@ -2,7 +2,7 @@
 
 theta has seven numbers per sensor, one unit being one *scale* of the axis (:class:`DesignSpace`):
 
-    position = body.move(initial position, scale * theta)     a push over the surface, see :meth:`Surface.move`
+    position = body.move(initial position, scale * theta)     a push over the surface, see :meth:`BodySurface.move`
     angle    = initial angle + scale * theta                  held within its limits
     fov      = initial fov + scale * theta                    held within its limits
 
@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.errors import DesignError
-from prnav.sensors.body import Body, Surface
+from prnav.sensors.body import Body, BodySurface
 from prnav.sensors.design import AXES, MIRROR, Design, DesignSpace
 
 Float64 = NDArray[np.float64]
@@ -122,7 +122,7 @@ def moved_design(design: Design, theta: ArrayLike, name: str, description: str =
 
 
 def random_design(
-    seed: int, sensors: int, grid: int = 4, body: Surface | None = None, space: DesignSpace | None = None
+    seed: int, sensors: int, grid: int = 4, body: BodySurface | None = None, space: DesignSpace | None = None
 ) -> Design:
     """Design drawn from a seed: positions even over the body's surface, directions even over the sphere.
 
@@ -166,7 +166,7 @@ def _held(design: Design, sensor: int) -> tuple[bool, bool, bool]:
 
 
 def _within(
-    body: Surface, start: Float64, pushes: Float64, held: tuple[bool, bool, bool], space: DesignSpace
+    body: BodySurface, start: Float64, pushes: Float64, held: tuple[bool, bool, bool], space: DesignSpace
 ) -> Float64:
     """Places (..., 3) reached from ``start`` (3,), stopped where a push leaves the limits of x, y and z."""
     low, high = space.low[:3], space.high[:3]

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import DesignError, PrnavError
 from prnav.sensors.body import FREE, ON_SURFACE, Float64
 
@@ -190,7 +190,7 @@ def load_mesh_body(path: Path, name: str) -> MeshBody:
     import trimesh
 
     try:
-        mesh: Any = trimesh.load(path, force="mesh", process=False)
+        mesh: Untyped = trimesh.load(path, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     except PrnavError:
         raise

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Untyped
 from prnav.errors import DesignError
 from prnav.render import Renderer
 from prnav.sensors.design import Design
@@ -109,7 +110,7 @@ class Photoreceptors:
 
     def read_on_device(
         self, scene_ids: ArrayLike, positions: ArrayLike, yaws: ArrayLike, designs: ArrayLike | None = None
-    ) -> Any:
+    ) -> Untyped:
         """The same left on the renderer's device; see :meth:`prnav.render.Renderer.read_on_device`.
 
         Raises:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import Progress, Untyped
 from prnav.navmesh import NavMesh, NavMeshSet, NavMeshSettings, load_navmesh, scene_navmesh
 from prnav.scene import SceneMesh, load_scene, open_scene_set, resolve_scene
 from prnav.scene.library import is_built_in
 from prnav.scene.texture_budget import TextureLimits
-
-Progress = Callable[[int, int, str], None]
-"""Called with the number of scenes done, of all scenes, and the id of the next one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +24,7 @@ class World:
     navmesh_origins: tuple[str, ...] = ()
     """Where each navmesh is from: "built", or "file NAME"."""
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+    def __deepcopy__(self, memo: dict[int, Untyped]) -> World:
         """Nothing in it ever changes: copies share it."""
         return self
 

@@ -11,14 +11,14 @@ import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
+from prnav.aliases import JSON, Array, JSONObject, Untyped
 from prnav.errors import CheckpointError
 from prnav.files import atomic_path
 from prnav.schema import Anything, ListOf, MapOf, Number, Table, Text, fit
@@ -28,7 +28,7 @@ SUFFIX = ".safetensors"
 _NAME = re.compile(r"step-(\d+)\.safetensors")
 _ARRAY = "__array__"
 
-_BEFORE = "delete it to go on from the one before"
+_BEFORE = "delete it to resume from the one before"
 
 R = TypeVar("R")
 
@@ -55,13 +55,13 @@ TREE = Table(
 """The top of a checkpoint's tree; :func:`needed` says which of it must be there."""
 
 
-def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
+def save_checkpoint(path: Path, tree: Mapping[str, JSON]) -> None:
     """Write nested dicts and lists of tensors, arrays, strings, numbers, booleans and None.
 
     Raises:
         CheckpointError: the disk is full, or lets nothing be written there; what stood there before still does.
     """
-    arrays: dict[str, NDArray[Any]] = {}
+    arrays: dict[str, Array] = {}
     skeleton = _strip(tree, "", arrays)
     try:
         with atomic_path(path) as temporary:
@@ -72,7 +72,7 @@ def save_checkpoint(path: Path, tree: Mapping[str, Any]) -> None:
         ) from error
 
 
-def load_checkpoint(path: Path) -> dict[str, Any]:
+def load_checkpoint(path: Path) -> JSONObject:
     """The tree that :func:`save_checkpoint` wrote; tensors come back as arrays, tuples as lists.
 
     Raises:
@@ -86,15 +86,16 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
                     f"checkpoint {path}: format {metadata.get('format')!r}, this version reads {FORMAT}; "
                     f"use the version of prnav that wrote it (see run.json beside it)"
                 )
-            tree: dict[str, Any] = _fill(json.loads(metadata["tree"]), functools.cache(file.get_tensor))
+            tree: JSONObject = _fill(json.loads(metadata["tree"]), functools.cache(file.get_tensor))
     except (OSError, SafetensorError, ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
         raise CheckpointError(f"checkpoint {path}: cannot be read ({error})") from error
-    return fit(
-        tree, TREE, CheckpointError, f"checkpoint {path}", "it is damaged; delete it to go on from the one before"
+    whole: JSONObject = fit(
+        tree, TREE, CheckpointError, f"checkpoint {path}", "it is damaged; delete it to resume from the one before"
     )
+    return whole
 
 
-def needed(tree: Mapping[str, Any], keys: Sequence[str], path: str | Path) -> None:
+def needed(tree: Mapping[str, JSON], keys: Sequence[str], path: str | Path) -> None:
     """Hold a checkpoint to the parts that are about to be used.
 
     Raises:
@@ -105,7 +106,9 @@ def needed(tree: Mapping[str, Any], keys: Sequence[str], path: str | Path) -> No
             raise CheckpointError(f"checkpoint {path}: it lacks {key!r}; it is damaged: {_BEFORE}")
 
 
-def check_like(found: Any, model: Any, path: str | Path, place: str = "", any_rows: Collection[str] = ()) -> None:
+def check_like(
+    found: Untyped, model: Untyped, path: str | Path, place: str = "", any_rows: Collection[str] = ()
+) -> None:
     """Hold a part of a checkpoint to what this run would write: the same keys, types and shapes.
 
     Args:
@@ -151,7 +154,7 @@ def check_like(found: Any, model: Any, path: str | Path, place: str = "", any_ro
         )
 
 
-def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
+def _strip(node: Untyped, path: str, arrays: dict[str, Array]) -> Untyped:
     """``node`` with its arrays moved into ``arrays`` under their path."""
     if isinstance(node, torch.Tensor):
         node = node.detach().cpu().numpy()
@@ -169,7 +172,7 @@ def _strip(node: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
     raise TypeError(f"a checkpoint cannot hold {path}, which is a {type(node).__name__}")
 
 
-def _fill(node: Any, array: Callable[[str], NDArray[Any]]) -> Any:
+def _fill(node: Untyped, array: Callable[[str], Array]) -> Untyped:
     if isinstance(node, dict):
         if _ARRAY in node:
             if not isinstance(node[_ARRAY], str):
@@ -208,7 +211,7 @@ def prune_checkpoints(folder: Path, keep: int) -> None:
         path.unlink(missing_ok=True)
 
 
-def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable[[str], None], workers: int = 1) -> R:
+def load_latest(folder: Path, use: Callable[[JSONObject], R], warn: Callable[[str], None], workers: int = 1) -> R:
     """``use`` the tree of the newest checkpoint that can be read; ``warn`` of each newer one that cannot.
 
     With several ``workers``, all their parts must be readable.
@@ -233,7 +236,7 @@ def load_latest(folder: Path, use: Callable[[dict[str, Any]], R], warn: Callable
     raise AssertionError("unreachable")
 
 
-def load_policy_weights(policy: torch.nn.Module, weights: Mapping[str, NDArray[Any]], source: str) -> None:
+def load_policy_weights(policy: torch.nn.Module, weights: Mapping[str, Array], source: str) -> None:
     """Put the weights of a checkpoint's tree into a policy.
 
     Raises:

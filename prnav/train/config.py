@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from prnav import catalog
+from prnav.checks import require_at_least
 from prnav.config import TYPE_OF, load_config
 from prnav.contracts import TaskConfig, TaskSpec
 from prnav.errors import ConfigError
@@ -61,9 +62,7 @@ class TrainConfig:
 
     def __post_init__(self) -> None:
         positive = ("total_steps", "num_envs", "groups", "checkpoint_steps", "keep_checkpoints", "validation_episodes")
-        for name in (*positive, "window"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, *positive, "window")
         wanted = self.spec.config_type
         if self.env is None:
             object.__setattr__(self, "env", wanted())
@@ -71,9 +70,7 @@ class TrainConfig:
             raise ValueError(
                 f"task is {self.task!r} and env is a {type(self.env).__name__}; it must be a {wanted.__name__}"
             )
-        for name in ("seed", "threads", "validate_steps"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_at_least(self, 0, "seed", "threads", "validate_steps")
         if not 0.0 < self.sync_fraction <= 1.0:
             raise ValueError(f"sync_fraction is {self.sync_fraction}; it must be above 0 and at most 1")
         check_mini_batches(self.ppo, self.imitation, self.policy, self.num_envs)

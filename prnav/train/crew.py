@@ -8,18 +8,18 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from prnav.aliases import JSON, JSONObject
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
 from prnav.train.checkpoint import check_like
 from prnav.train.machine import one_core_threads
-from prnav.train.progress import Progress
+from prnav.train.progress import RolloutProgress
 from prnav.train.rollout import Collector, Rollout
 
 ANY_ROWS = ("next_theta", "next_theta_agents", "values", "log_probs", "scores", "covariates")
@@ -65,7 +65,7 @@ class Crew:
             The steps that were filled, and the measures of each episode that ended, group by group.
         """
         noise = self._noise(rollout)
-        progress = Progress(rollout.steps, len(self.collectors), waited_for)
+        progress = RolloutProgress(rollout.steps, len(self.collectors), waited_for)
 
         def work(member: int) -> list[dict[str, float]]:
             columns = slice(self.bounds[member], self.bounds[member + 1])
@@ -83,14 +83,14 @@ class Crew:
         noise = self.generator.random(shape, dtype=np.float32).clip(1e-7, 1.0 - 1e-7)
         return torch.from_numpy(noise).to(rollout.device)
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the next rollout depends on, the environments included."""
         return {
             "groups": [collector.state_dict() for collector in self.collectors],
             "generator": self.generator.bit_generator.state,
         }
 
-    def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
         """Continue from :meth:`state_dict`.
 
         Raises:

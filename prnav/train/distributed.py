@@ -13,11 +13,12 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from datetime import timedelta
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import torch
 from torch import Tensor
 
+from prnav.aliases import Untyped
 from prnav.errors import ConfigError, WorkerError
 
 PATIENCE = timedelta(minutes=10)
@@ -37,7 +38,7 @@ class Workers:
         self.local_rank, self.local_size = local_rank, local_size
         """Number of this worker, and of all workers, on its machine."""
         self._rollouts = 0
-        self._store: Any = None
+        self._store: Untyped = None
 
     @property
     def first(self) -> bool:
@@ -97,7 +98,7 @@ class Workers:
         """
         if self.size == 1:
             return work()
-        result: Any = None
+        result: Untyped = None
         if self.first:
             try:
                 result = work()
@@ -107,7 +108,8 @@ class Workers:
         answer = self.gather({"result": result})[0]
         if "error" in answer:
             raise WorkerError(f"worker {self.rank}: worker 0 gave up: {answer['error']}")
-        return answer["result"]
+        shared: T = answer["result"]
+        return shared
 
     def check_same(self, parameters: Sequence[Tensor], step: int) -> None:
         """Assert that all workers have the same parameters, to the bit.
@@ -137,7 +139,8 @@ class Workers:
     def share_done(self) -> float:
         """Share of the workers that have collected their rollout."""
         with self._together("counting finished rollouts"):
-            return self._store.add(f"rollout-{self._rollouts}", 0) / self.size
+            done: int = self._store.add(f"rollout-{self._rollouts}", 0)
+        return done / self.size
 
     def leave(self) -> None:
         """Part from the other workers."""

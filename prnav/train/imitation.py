@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from prnav.checks import require_at_least, require_positive, require_share
 from prnav.policy import ActionDistribution
 from prnav.train.ppo import Batch, Losses, value_loss
 
@@ -37,15 +38,9 @@ class ImitationConfig:
     def __post_init__(self) -> None:
         if self.steps < 0:
             raise ValueError(f"steps is {self.steps}; it must be 0 (no warm start) or more")
-        for name in ("epochs", "mini_batches"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
-        for name in ("expert_start", "expert_end"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be in [0, 1]")
-        for name in ("learning_rate", "max_grad_norm"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be positive")
+        require_at_least(self, 1, "epochs", "mini_batches")
+        require_share(self, "expert_start", "expert_end")
+        require_positive(self, "learning_rate", "max_grad_norm")
         if self.value_coefficient < 0.0:
             raise ValueError(f"value_coefficient is {self.value_coefficient}; it must be 0 or more")
 

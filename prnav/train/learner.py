@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from prnav.policy import ActionDistribution, Cutter, Policy, State
+from prnav.aliases import JSON, JSONObject
+from prnav.policy import ActionDistribution, Cutter, MemoryState, Policy
 from prnav.train.distributed import Workers
 from prnav.train.machine import one_core_threads
 from prnav.train.ppo import Losses
@@ -29,8 +29,8 @@ Loss = Callable[[ActionDistribution, Tensor, Mapping[str, Tensor]], Losses]
 
 
 @dataclass(frozen=True)
-class Part:
-    """Part of a rollout, ready for the policy: M targets, U frames that are encoded for them."""
+class BatchPart:
+    """BatchPart of a rollout, ready for the policy: M targets, U frames that are encoded for them."""
 
     observations: dict[str, Tensor]
     """Of the frames, name -> (U, ...)."""
@@ -38,7 +38,7 @@ class Part:
     """Of the frames, (U, ...)."""
     starts: Tensor
     """Of the frames, (U,)."""
-    state: State
+    state: MemoryState
     """The memory's before the rollout, of the environments that need it."""
     plan: object
     """The memory's, from frames to targets."""
@@ -82,7 +82,7 @@ class Learner:
             group["lr"] = learning_rate
         history: list[dict[str, Tensor]] = []
         cutter = self.policy.cutter(rollout["starts"])
-        parts: list[Part] = []
+        parts: list[BatchPart] = []
         for _ in range(epochs):
             for units in self._split(cutter.units, mini_batches):
                 if mini_batches > 1 or not parts:
@@ -97,13 +97,13 @@ class Learner:
             numbers = self.generator.permutation(numbers)
         return np.array_split(numbers, min(mini_batches, units))
 
-    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[Part]:
+    def _gather(self, rollout: Rollout, cutter: Cutter, units: Units) -> list[BatchPart]:
         """A mini-batch, one part for each thread."""
         shares = [share for share in np.array_split(units, self.threads) if len(share)]
         return [_part(rollout, cutter, self.policy, share, len(share) / len(units)) for share in shares]
 
-    def _step(self, parts: list[Part], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
-        def gradients(part: Part) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
+    def _step(self, parts: list[BatchPart], loss: Loss, max_grad_norm: float) -> dict[str, Tensor]:
+        def gradients(part: BatchPart) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
             distribution, values = self.policy.evaluate(
                 part.observations, part.previous_actions, part.starts, part.state, part.plan
             )
@@ -123,11 +123,11 @@ class Learner:
         }
         return {**means, "grad_norm": norm}
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """Everything but the policy that the next update depends on."""
         return {"optimizer": self.optimizer.state_dict(), "generator": self.generator.bit_generator.state}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON]) -> None:
         """Continue from :meth:`state_dict`."""
         optimizer = dict(state["optimizer"])
         optimizer["state"] = {
@@ -142,12 +142,12 @@ class Learner:
         self.generator.bit_generator.state = state["generator"]
 
 
-def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> Part:
+def _part(rollout: Rollout, cutter: Cutter, policy: Policy, units: Units, weight: float) -> BatchPart:
     cut = cutter.cut(units)
     frames, targets, environments = (
         torch.from_numpy(rows).to(rollout.device) for rows in (cut.frames, cut.targets, cut.environments)
     )
-    return Part(
+    return BatchPart(
         observations={name: _rows(value, frames) for name, value in rollout.observations.items()},
         previous_actions=_rows(rollout["previous_actions"], frames),
         starts=_rows(rollout["starts"], frames),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from prnav.checks import require_at_least, require_positive, require_share
 from prnav.policy import ActionDistribution
 
 Batch = Mapping[str, Tensor]
@@ -48,24 +49,16 @@ class PPOConfig:
     """Whether ``clip`` falls likewise."""
 
     def __post_init__(self) -> None:
-        for name in ("rollout_steps", "epochs", "mini_batches"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, "rollout_steps", "epochs", "mini_batches")
         if self.mini_batch_steps < 0:
             raise ValueError(f"mini_batch_steps is {self.mini_batch_steps}; it must be at least 1, or 0 to be off")
         if self.mini_batch_steps and self.mini_batches > 1:
             raise ValueError(
                 f"mini_batches is {self.mini_batches} and mini_batch_steps {self.mini_batch_steps}; give one of them"
             )
-        for name in ("discount", "gae_lambda"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be in [0, 1]")
-        for name in ("learning_rate", "clip", "max_grad_norm", "adam_epsilon"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be positive")
-        for name in ("entropy_coefficient", "value_coefficient", "value_clip"):
-            if getattr(self, name) < 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
+        require_share(self, "discount", "gae_lambda")
+        require_positive(self, "learning_rate", "clip", "max_grad_norm", "adam_epsilon")
+        require_at_least(self, 0, "entropy_coefficient", "value_coefficient", "value_clip")
 
     def parts(self, environments: int) -> int:
         """Mini-batches of a whole rollout of so many environments."""
@@ -127,7 +120,7 @@ def normalized(values: Tensor, of: Tensor | None = None) -> Tensor:
     """``values`` shifted and scaled so that all values have mean 0 and variance 1 (all 0 where they do not differ).
 
     Args:
-        values: Any shape.
+        values: Anything shape.
         of: :func:`moments` of all values, these among them; these alone if not given.
     """
     count, total, squares = (moments(values) if of is None else of).tolist()

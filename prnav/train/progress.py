@@ -13,7 +13,7 @@ SHORTEST = 0.25
 """Share of a rollout that is always collected (as in DD-PPO's published code)."""
 
 
-class Progress:
+class RolloutProgress:
     """Steps that each of a worker's members has begun, and the step at which all of them end."""
 
     def __init__(self, steps: int, members: int = 1, waited_for: Callable[[], bool] | None = None) -> None:

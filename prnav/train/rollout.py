@@ -1,4 +1,4 @@
-"""Rollouts: storage that is allocated once, and the collector that fills it.
+"""The rollout buffer, which is allocated once, and the collector that fills it.
 
 Letters in shapes: T steps, N environments, W uniform numbers that sampling an action takes. An action's own axes are
 written "...": none for discrete actions, (D,) for vectors.
@@ -7,7 +7,6 @@ written "...": none for discrete actions, (D,) for vectors.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import torch
@@ -15,10 +14,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.utils.dlpack import from_dlpack
 
+from prnav.aliases import JSON, Array, JSONObject, Untyped
 from prnav.contracts import BatchEnv, HasExpert
 from prnav.errors import ConfigError
 from prnav.policy import Policy
-from prnav.train.progress import Progress
+from prnav.train.progress import RolloutProgress
 
 
 class Rollout:
@@ -96,7 +96,7 @@ class Collector:
         self,
         rollout: Rollout,
         noise: Tensor,
-        progress: Progress,
+        progress: RolloutProgress,
         member: int = 0,
         expert_share: float | None = None,
     ) -> list[dict[str, float]]:
@@ -162,7 +162,7 @@ class Collector:
 
     def _values(
         self,
-        observations: Mapping[str, Any],
+        observations: Mapping[str, JSON],
         rows: NDArray[np.int64],
         previous_actions: Tensor,
         starts: NDArray[np.bool_] | None = None,
@@ -178,7 +178,7 @@ class Collector:
         )
         return output.values
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> JSONObject:
         """All that the next rollout depends on, the environments included."""
         return {
             "environments": self.envs.snapshot(),
@@ -188,7 +188,7 @@ class Collector:
             "recurrent": self.state,
         }
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load_state_dict(self, state: Mapping[str, JSON]) -> None:
         """Continue from :meth:`state_dict`."""
         device = self.policy.device
         self.envs.restore(state["environments"])
@@ -199,14 +199,14 @@ class Collector:
         self.state = {name: value.to(device) for name, value in restored.items()}
 
 
-def as_tensor(values: Any) -> Tensor:
+def as_tensor(values: Untyped) -> Tensor:
     """A tensor over the same memory: of a NumPy array on the host, of anything that speaks DLPack where it lies."""
     if isinstance(values, np.ndarray):
         return torch.from_numpy(values)
     return values if isinstance(values, Tensor) else from_dlpack(values)
 
 
-def expert_actions(envs: BatchEnv) -> NDArray[Any]:
+def expert_actions(envs: BatchEnv) -> Array:
     """The oracle's action in each environment, (N, ...).
 
     Raises:
@@ -217,7 +217,7 @@ def expert_actions(envs: BatchEnv) -> NDArray[Any]:
     return np.asarray(envs.expert_actions())
 
 
-def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict[str, Any]:
+def final_observations(info: Mapping[str, JSON], rows: NDArray[np.int64]) -> JSONObject:
     """Last observations (n, ...) of the episodes that ended in ``rows``, which a same-step reset has replaced.
 
     They are arrays in ``info["final_obs"]``, or, as Gymnasium's own vector environments have it, one dictionary per
@@ -229,7 +229,7 @@ def final_observations(info: Mapping[str, Any], rows: NDArray[np.int64]) -> dict
     return {key: torch.stack([as_tensor(final[row][key]) for row in rows]) for key in final[rows[0]]}
 
 
-def final_measures(info: Mapping[str, Any], rows: NDArray[np.int64]) -> list[dict[str, float]]:
+def final_measures(info: Mapping[str, JSON], rows: NDArray[np.int64]) -> list[dict[str, float]]:
     """The numbers in ``info["final_info"]`` for the episodes that ended in ``rows``, one dictionary per episode."""
     if not rows.size:
         return []

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
 
+from prnav.aliases import JSON, JSONObject
 from prnav.config import load_config, to_mapping, to_toml
 from prnav.errors import CheckpointError, ConfigError
 from prnav.files import read_regular, remove_parts, write_text
-from prnav.schema import Anything, MapOf, Maybe, Number, Table, Text, fit
+from prnav.locks import FolderLock
+from prnav.schema import MapOf, Maybe, Number, Table, Text, fit
 from prnav.train.checkpoint import list_checkpoints
 from prnav.train.config import FREE_ON_RESUME, TrainConfig
-
-FACTS = Table(allowed={"data": MapOf(Anything()), "benchmark": Maybe(Text()), "prnav": Text(), "warm_start": Text()})
-"""``run.json``."""
 
 _VALUES = MapOf(Maybe(Number(finite=False)))
 
@@ -42,10 +39,10 @@ class RunFolder:
         self.metrics_path = path / "metrics.jsonl"
         self.tensorboard = path / "tb"
         self.checkpoints = path / "checkpoints"
-        self._lock: IO[str] | None = None
+        self._lock = FolderLock(path)
 
     def exists(self) -> bool:
-        """Whether a run was started here, so far that it can go on: a start without a checkpoint is begun anew."""
+        """Whether a run was started here, so far that it can be resumed: a start without a checkpoint is begun anew."""
         return self.config_path.exists() and (self.metrics_path.exists() or bool(list_checkpoints(self.checkpoints)))
 
     def load_config(self) -> TrainConfig:
@@ -59,7 +56,7 @@ class RunFolder:
             raise CheckpointError(f"run {self.path}: there is no config.toml; give the folder of a run (--run DIR)")
         return load_config(TrainConfig, self.config_path)
 
-    def start(self, config: TrainConfig, facts: Mapping[str, Any]) -> None:
+    def start(self, config: TrainConfig, facts: Mapping[str, JSON]) -> None:
         """Make the folder and write what is known before the first step.
 
         Raises:
@@ -67,7 +64,7 @@ class RunFolder:
         """
         if self.exists():
             raise ConfigError(
-                f"run {self.path} exists already; go on with it by --resume, or choose another folder with --run DIR"
+                f"run {self.path} exists already; resume it with --resume, or choose another folder with --run DIR"
             )
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         write_text(self.facts_path, json.dumps(facts, indent=2) + "\n")
@@ -93,28 +90,17 @@ class RunFolder:
         Raises:
             ConfigError: another process trains here.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
-        self._lock = open(self.path / ".lock", "w")
-        if sys.platform == "win32":
-            return
-        import fcntl
-
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self.release()
+        if not self._lock.acquire():
             raise ConfigError(
                 f"run {self.path} is being trained by another process; wait for it, or choose another --run DIR"
-            ) from error
+            )
         remove_parts(self.path)
 
     def release(self) -> None:
         """Let other processes have the folder."""
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
+        self._lock.release()
 
-    def append_metrics(self, row: Mapping[str, Any]) -> None:
+    def append_metrics(self, row: Mapping[str, JSON]) -> None:
         """Add one line of metrics, whole or not at all.
 
         Raises:
@@ -147,13 +133,13 @@ class RunFolder:
             write_text(self.metrics_path, "".join(kept))
 
 
-def read_metrics(folder: Path) -> list[dict[str, Any]]:
+def read_metrics(folder: Path) -> list[JSONObject]:
     """All rows of a run's ``metrics.jsonl``."""
     return [json.loads(line) for line in (folder / "metrics.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
-def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    result: dict[str, Any] = {}
+def _flat(values: Mapping[str, JSON], prefix: str = "") -> JSONObject:
+    result: JSONObject = {}
     for key, value in values.items():
         if isinstance(value, dict):
             result |= _flat(value, f"{prefix}{key}.")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from prnav.aliases import JSON
 from prnav.policy import ActionHead
 
 
@@ -35,7 +35,7 @@ class Sanity:
         self._said: set[str] = set()
         self._succeeded = False
 
-    def check(self, row: Mapping[str, Any]) -> list[str]:
+    def check(self, row: Mapping[str, JSON]) -> list[str]:
         """What is to be said after this row."""
         bounds, losses, measures = self.bounds, row["losses"], row["measures"]
         found: dict[str, str] = {}

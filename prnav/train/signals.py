@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from types import FrameType, TracebackType
-from typing import Any
 
-SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGUSR1") if hasattr(signal, name))
+from prnav.aliases import Untyped
+
+SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
+if sys.platform != "win32":
+    SIGNALS += (signal.SIGUSR1,)
 
 
 class StopRequest:
@@ -20,7 +24,7 @@ class StopRequest:
     def __init__(self) -> None:
         self.name: str | None = None
         """Name of the signal that asked to stop, or None."""
-        self._former: dict[int, Any] = {}
+        self._former: dict[int, Untyped] = {}
 
     def __bool__(self) -> bool:
         return self.name is not None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from prnav.aliases import JSON, JSONObject
 from prnav.contracts import (
     ActionSpec,
     DiscreteActions,
@@ -20,13 +20,13 @@ FIRST_KINDS: Mapping[str, ObservationKind] = {"photoreceptors": "receptors", "ca
 """Kinds of the observations that checkpoints of the first version name; all others are vectors."""
 
 
-def stored_specs(observations: ObservationSpecs, actions: ActionSpec) -> dict[str, Any]:
+def stored_specs(observations: ObservationSpecs, actions: ActionSpec) -> JSONObject:
     """Entries of a checkpoint's tree."""
     stored = {name: spec_to_mapping(spec) for name, spec in observations.items()}
     return {"observations": stored, "actions": spec_to_mapping(actions)}
 
 
-def specs_of(tree: Mapping[str, Any]) -> tuple[ObservationSpecs, ActionSpec]:
+def specs_of(tree: Mapping[str, JSON]) -> tuple[ObservationSpecs, ActionSpec]:
     """The specs in a checkpoint's tree; one of the first version has shapes and a number of discrete actions.
 
     Raises:

@@ -8,21 +8,20 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import torch
 
 from prnav.config import config_hash
-from prnav.contracts import BatchEnv, ObservationSpecs
+from prnav.contracts import JSON, BatchEnv, JSONObject, ObservationSpecs, State
 from prnav.errors import CheckpointError, ConfigError, PrnavError
 from prnav.policy import Policy, build_policy
 from prnav.resources import available_cores
 from prnav.train import checkpoint, ppo
-from prnav.train.board import Board
+from prnav.train.board import Board, NoBoard
 from prnav.train.config import TrainConfig
 from prnav.train.crew import Crew
 from prnav.train.distributed import Workers, join_workers
@@ -31,14 +30,13 @@ from prnav.train.learner import Learner
 from prnav.train.machine import choose_device, set_precision
 from prnav.train.memory import check_memory
 from prnav.train.rollout import Rollout
+from prnav.train.rows import Counters, MetricsRow, Share
 from prnav.train.run_folder import RunFolder
 from prnav.train.sanity import Sanity
 from prnav.train.signals import StopRequest
 from prnav.train.stored_specs import specs_of, stored_specs
 from prnav.train.validation import Validation, score, validate
 from prnav.version import __version__
-
-Row = dict[str, Any]
 
 
 class Trainer:
@@ -53,9 +51,9 @@ class Trainer:
         config: TrainConfig,
         envs: BatchEnv | Sequence[BatchEnv],
         folder: RunFolder,
-        report: Callable[[Row], None] = lambda row: None,
+        report: Callable[[MetricsRow], None] = lambda row: None,
         warn: Callable[[str], None] = lambda text: None,
-        data: Mapping[str, Any] | None = None,
+        data: Mapping[str, JSON] | None = None,
         workers: Workers | None = None,
         validation: Callable[[], Validation] | None = None,
     ) -> None:
@@ -209,10 +207,10 @@ class Trainer:
 
     def count(
         self, ended: list[dict[str, float]], phase: str, losses: Mapping[str, float], collecting: float, learning: float
-    ) -> Row:
+    ) -> MetricsRow:
         """Book a finished update of all workers; its row of metrics."""
         steps = self.rollout.steps * self.rollout.environments
-        share: Row = {"steps": steps, "ended": ended, "losses": dict(losses)}
+        share: Share = {"steps": steps, "ended": ended, "losses": dict(losses)}
         shares = self.workers.gather(share)
         taken = sum(share["steps"] for share in shares)
         episodes = [episode for share in shares for episode in share["ended"]]
@@ -237,22 +235,23 @@ class Trainer:
             },
         }
 
-    def log(self, row: Row, board: Any) -> None:
+    def log(self, row: MetricsRow, board: Board | NoBoard) -> None:
         """Write and report one row of metrics."""
         if not self.workers.first:
             return
         try:
             self.folder.append_metrics(row)
         except OSError as error:
-            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training goes on without")
-        for group in ("measures", "losses", "times", "validation"):
-            for name, value in row.get(group, {}).items():
+            self.warn(f"{self.folder.metrics_path}: cannot be written ({error.strerror}); training continues without")
+        groups = {"measures": row["measures"], "losses": row["losses"], "times": row["times"]}
+        for group, values in {**groups, "validation": row.get("validation", {})}.items():
+            for name, value in values.items():
                 board.add_scalar(f"{group}/{name}", value, self.step)
         for text in self.sanity.check(row):
             self.warn(text)
         self.report(row)
 
-    def validate(self, row: Row, board: Any) -> None:
+    def validate(self, row: MetricsRow, board: Board | NoBoard) -> None:
         """Where it is due, play the validation's episodes, add their measures to ``row``, keep the best policy."""
         every = self.config.validate_steps
         if not every or self._load_validation is None or self.step - self.validated_step < every:
@@ -279,14 +278,14 @@ class Trainer:
         try:
             checkpoint.save_checkpoint(checkpoint.best_path(self.folder.checkpoints), self._policy_state())
         except CheckpointError as error:
-            self.warn(f"{error}; training goes on")
+            self.warn(f"{error}; training continues")
 
     def save_or_warn(self) -> None:
-        """:meth:`save`, or go on without where the disk lets nothing be written: the checkpoints before still stand."""
+        """:meth:`save`, or warn where the disk takes nothing: the checkpoints before still stand."""
         try:
             self.save()
         except CheckpointError as error:
-            self.warn(f"{error}; training goes on, the last checkpoint is of step {self.saved_step:,}")
+            self.warn(f"{error}; training continues, the last checkpoint is of step {self.saved_step:,}")
 
     def save(self) -> None:
         """Write a checkpoint, and delete old ones.
@@ -305,7 +304,7 @@ class Trainer:
             checkpoint.prune_checkpoints(folder, self.config.keep_checkpoints)
         self.saved_step = self.step
 
-    def state_dict(self) -> dict[str, Any]:
+    def state_dict(self) -> State:
         """All that the rest of the run depends on; of the environments those of this worker."""
         return {
             **self._policy_state(),
@@ -318,7 +317,7 @@ class Trainer:
             "best": self.best,
         }
 
-    def _policy_state(self) -> dict[str, Any]:
+    def _policy_state(self) -> State:
         """What :func:`load_policy` needs."""
         return {
             "version": __version__,
@@ -329,13 +328,13 @@ class Trainer:
         }
 
     def _resume(self) -> None:
-        """Go on from the last checkpoint that all workers can read."""
+        """Resume from the last checkpoint that all workers can read."""
         workers, folder = self.workers, self.folder.checkpoints
 
         def newest() -> int:
             return checkpoint.load_latest(folder, step_of, self.warn, workers.size)
 
-        def step_of(tree: dict[str, Any]) -> int:
+        def step_of(tree: State) -> int:
             checkpoint.needed(tree, ("counters",), folder)
             return int(tree["counters"]["step"])
 
@@ -344,7 +343,7 @@ class Trainer:
         state = checkpoint.load_checkpoint(path)
         if state.get("workers", 1) != workers.size:
             raise CheckpointError(
-                f"checkpoint {path}: it is of {state.get('workers', 1)} worker(s), and {workers.size} would go on; "
+                f"checkpoint {path}: it is of {state.get('workers', 1)} worker(s), and {workers.size} would resume it; "
                 f"resume with torchrun --nproc-per-node {state.get('workers', 1)}"
             )
         if not workers.first:
@@ -352,8 +351,8 @@ class Trainer:
         self.load_state_dict(state, str(path))
         workers.on_first(lambda: self.folder.cut_metrics(step))
 
-    def load_state_dict(self, state: Mapping[str, Any], source: str) -> None:
-        """Go on from :meth:`state_dict`.
+    def load_state_dict(self, state: Mapping[str, JSON], source: str) -> None:
+        """Resume from :meth:`state_dict`.
 
         Raises:
             CheckpointError: a part is missing, or is not what this run would write.
@@ -366,7 +365,7 @@ class Trainer:
         except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as error:
             raise CheckpointError(
                 f"checkpoint {source}: a part is not what this run would write ({' '.join(str(error).split())[:200]}); "
-                f"it is damaged, or of another version: delete it to go on from the one before"
+                f"it is damaged, or of another version: delete it to resume from the one before"
             ) from error
         counters = state["counters"]
         self.step, self.updates, self.episodes = counters["step"], counters["updates"], counters["episodes"]
@@ -382,13 +381,13 @@ class Trainer:
         """The signal that any worker was sent, or None."""
         return next((name for name in self.workers.gather(stop) if name), None)
 
-    def _board(self) -> Any:
+    def _board(self) -> AbstractContextManager[Board | NoBoard]:
         """TensorBoard's writer, on the worker that writes."""
         if not self.workers.first:
-            return nullcontext()
+            return nullcontext(NoBoard())
         return Board(self.folder.tensorboard, self.step, self.warn)
 
-    def _describe(self, specs: ObservationSpecs, data: Mapping[str, Any]) -> Row:
+    def _describe(self, specs: ObservationSpecs, data: Mapping[str, JSON]) -> JSONObject:
         imitation = self.config.imitation
         return {
             "prnav": __version__,
@@ -414,7 +413,7 @@ class Trainer:
 
 def load_policy(
     folder: RunFolder, warn: Callable[[str], None] = lambda text: None, best: bool = False
-) -> tuple[Policy, Row]:
+) -> tuple[Policy, Counters]:
     """The policy of a run's last checkpoint, ready to act, and its counters ("step", "updates", "episodes").
 
     Args:
@@ -427,7 +426,7 @@ def load_policy(
     """
     config = folder.load_config()
 
-    def use(tree: dict[str, Any]) -> tuple[Policy, Row]:
+    def use(tree: State) -> tuple[Policy, Counters]:
         checkpoint.needed(tree, ("policy", "counters"), folder.path)
         try:
             policy = build_policy(config.policy, *specs_of(tree))

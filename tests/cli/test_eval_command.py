@@ -35,7 +35,7 @@ def test_measures_intervals_records_and_picture(tmp_path, capsys, monkeypatch):
     ("arguments", "message"),
     [
         (["--run", "nothing"], "run nothing: there is no such folder; give one that prnav-train made (--run DIR)"),
-        (["--split", "val"], "nobody is to be evaluated; give --run DIR or --agent NAME (or --verify FILE)"),
+        (["--split", "val"], "no agent given; give --run DIR or --agent NAME (or --verify FILE)"),
         (
             ["--agent", "random", "--target", "invisible"],
             "pointgoal has no target that can be seen",

@@ -12,7 +12,7 @@ from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.design.cost import CostConfig
 from prnav.design.designed_envs import DesignedVectorEnv
 from prnav.design.gaussian import DesignPolicy, DesignPolicyConfig
-from prnav.design.joint import JointConfig, JointTrainer, Turn, turn
+from prnav.design.joint import JointConfig, JointTrainer, UpdateTurn, turn
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig
 from prnav.sensors import load_design
@@ -95,8 +95,8 @@ def trainer(path, run=None, joint=JOINT, **keys):
 
 def test_the_schedule_is_the_papers():
     paper = JointConfig()
-    assert turn(paper, 19_999) == Turn(True, "")
-    assert turn(paper, 20_000) == Turn(True, "")
+    assert turn(paper, 19_999) == UpdateTurn(True, "")
+    assert turn(paper, 20_000) == UpdateTurn(True, "")
     assert [turn(paper, 20_000 + i).control for i in (399, 400, 499, 500)] == [True, False, False, True]
     assert [turn(paper, 20_000 + i).design for i in (399, 400, 498, 499, 999)] == [
         "",

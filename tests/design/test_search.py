@@ -1,4 +1,4 @@
-"""Searches find the top of a known hill, go on from their storage, and halve as they should."""
+"""Searches find the top of a known hill, resume from their storage, and halve as they should."""
 
 import numpy as np
 import pytest

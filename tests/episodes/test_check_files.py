@@ -106,7 +106,6 @@ def zoo(tmp_path_factory, slabs):
         "claims.ply": (huge_ply, "promises at least 48000000001 bytes"),
         "bomb.json.gz": (gzip.compress(bytes(200 << 20), 9), "unpack to more than"),
         "passwd.json.gz": (episodes("../../etc/passwd"), "leaves its data root"),
-        "outside.glb": (textured("../secret.png"), "leaves its data root"),
         "zero.glb": (b"", r"empty (0 bytes)"),
         "zero.navmesh": (b"", "too few for a header"),
         "zero.json.gz": (b"", "not valid JSON"),
@@ -122,6 +121,7 @@ def zoo(tmp_path_factory, slabs):
     }
     for name, (data, _) in bad.items():
         (folder / name).write_bytes(data)
+    (folder / "outside.glb").write_bytes(textured("../secret.png"))
     os.mkfifo(folder / "pipe.glb")
     (folder / "gone.glb").symlink_to(folder / "nowhere.glb")
     (folder / "deep" / "big.png").write_bytes(png_header(30_000, 30_000))
@@ -149,7 +149,9 @@ def test_every_broken_file_is_named_with_its_reason_and_no_other(zoo, checked):
     (folder, bad), (out, report, _) = zoo, checked
     found = {entry["path"]: entry for entry in report["files"]}
     assert {path for path, entry in found.items() if entry["status"] == "broken"} == set(bad)
-    good = {"a.glb", "a.navmesh", "good.json.gz", "plain.json"}
+    good = {"a.glb", "a.navmesh", "good.json.gz", "plain.json", "outside.glb"}
+    assert "note    outside.glb: '../secret.png' lies outside the mesh's folder and is not read" in out
+    assert found["outside.glb"]["warnings"][0].startswith("'../secret.png' lies outside")
     assert {path for path, entry in found.items() if entry["status"] == "good"} == good
     for name, reason in bad.items():
         assert reason in found[name]["problem"], found[name]

@@ -215,3 +215,19 @@ def test_real_content_layout_comes_back_to_the_byte(real, tmp_path):
         name = os.path.join("val_mini", "content", f"{scene}.json.gz")
         with gzip.open(os.path.join(real, "gibson_v2_val_mini", name)) as a, gzip.open(tmp_path / name) as b:
             assert json.load(a) == json.load(b)
+
+
+def test_rotations_in_another_order_are_told_by_what_they_say(tmp_path):
+    """Habitat writes x, y, z, w; a yaw in the order w, x, y, z would stand upside down or lie on its side."""
+    record = {"episode_id": "0", "scene_id": "a.glb", "start_position": [0, 0, 0], "goals": [{"position": [1, 0, 1]}]}
+    path = tmp_path / "e.json"
+    for yaw in (0.0, 1.0, 3.0):
+        half = yaw / 2
+        good = [0.0, math.sin(half), 0.0, math.cos(half)]
+        path.write_text(json.dumps({"episodes": [record | {"start_rotation": good}]}))
+        assert load_episodes(path).episodes[0].start_yaw == pytest.approx(yaw)
+        path.write_text(json.dumps({"episodes": [record | {"start_rotation": [good[3], *good[:3]]}]}))
+        with pytest.raises(
+            EpisodeError, match=r"e\.json.*'start_rotation'.*upright as w, x, y, z: put its first number"
+        ):
+            load_episodes(path)

@@ -11,7 +11,7 @@ from prnav.domains.navigation.agents import (
     STOP,
     ForwardAgent,
     GoalFollowerAgent,
-    RandomAgent,
+    RandomNavigator,
     ShortestPathAgent,
 )
 from prnav.errors import RecordError
@@ -37,7 +37,7 @@ def evaluate(slots, directory, agent=None, stop_after=None, header=HEADER):
             if stop_after is not None and len(writer.rows) + len(writer._block) >= stop_after:
                 raise KeyboardInterrupt
 
-        play(agent or RandomAgent(), slots, todo, 3, [TraceRecorder(keep)])
+        play(agent or RandomNavigator(), slots, todo, 3, [TraceRecorder(keep)])
         return writer.finish(order, {})
 
 
@@ -57,7 +57,7 @@ def test_reference_agents_do_what_their_papers_say():
     actions = GoalFollowerAgent().act(turn([far_left, far_right, ahead, there]))
     assert actions.tolist() == [LEFT, RIGHT, FORWARD, STOP]
     assert ForwardAgent().act(turn([far_left, there])).tolist() == [FORWARD, STOP]
-    drawn = RandomAgent().act(turn([ahead] * 3000 + [there]))
+    drawn = RandomNavigator().act(turn([ahead] * 3000 + [there]))
     assert drawn[-1] == STOP
     assert set(drawn[:-1].tolist()) == {FORWARD, LEFT, RIGHT}
     np.testing.assert_allclose(np.bincount(drawn[:-1])[1:] / 3000, 1 / 3, atol=0.04)
@@ -72,7 +72,7 @@ def test_each_episode_is_played_once(plane, tmp_path):
     assert [(row["scene_id"], row["episode_id"]) for row in evaluation.rows] == list(slots.episode_ids)
 
 
-@pytest.mark.parametrize("agent", [RandomAgent(), GoalFollowerAgent()], ids=["random", "goal-follower"])
+@pytest.mark.parametrize("agent", [RandomNavigator(), GoalFollowerAgent()], ids=["random", "goal-follower"])
 def test_records_are_the_same_bytes_for_any_number_of_slots(plane, tmp_path, agent):
     for count in (1, 8, 64):
         evaluate(plane(count), tmp_path / str(count), agent)

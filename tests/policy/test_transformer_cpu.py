@@ -9,7 +9,7 @@ import torch
 from policy_specs import FOUR, SHAPES, specs
 
 from prnav.policy import PolicyConfig, build_policy
-from prnav.policy.block_cpu import Memory, block
+from prnav.policy.block_cpu import BlockMemory, block
 from prnav.policy.encoders import TransformerBlock
 
 
@@ -85,7 +85,7 @@ def test_results_are_the_same_bits_whatever_memory_holds_and_however_threads_fal
         return torch.autograd.grad(layer(layer(leaf)), [leaf, *layer.parameters()], grad)
 
     expected = gradients()
-    for flat in Memory.free:
+    for flat in BlockMemory.free:
         flat.fill(float("nan"))
     results = [None] * 4
 
@@ -102,20 +102,20 @@ def test_results_are_the_same_bits_whatever_memory_holds_and_however_threads_fal
 
 
 def test_memory_is_used_again_once_it_is_free_and_not_before(monkeypatch):
-    monkeypatch.setattr(Memory, "free", [])
+    monkeypatch.setattr(BlockMemory, "free", [])
     shapes = [(1000, 370), (5, 3)]
-    memory = Memory(shapes)
+    memory = BlockMemory(shapes)
     assert [tuple(matrix.shape) for matrix in memory.matrices] == shapes
     assert all(matrix.data_ptr() % 64 == 0 for matrix in memory.matrices)
     place = memory.flat.ctypes.data
-    other = Memory(shapes)
+    other = BlockMemory(shapes)
     assert other.flat.ctypes.data != place
     del memory
     gc.collect()
-    assert [flat.ctypes.data for flat in Memory.free] == [place]
-    again = Memory(shapes)
+    assert [flat.ctypes.data for flat in BlockMemory.free] == [place]
+    again = BlockMemory(shapes)
     assert again.flat.ctypes.data == place
-    assert not Memory.free
+    assert not BlockMemory.free
 
 
 def test_a_graph_that_is_kept_gives_its_gradients_twice():

@@ -163,6 +163,7 @@ OPTIONS = [
     "map_Kd \\\\server\\share\\p.png",
     "map_Kd file:///home/someone/p.png",
     "map_Kd textures/p.png",
+    "map_Kd p.png -s 1 1 1",
 ]
 
 

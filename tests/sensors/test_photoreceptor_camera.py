@@ -3,7 +3,9 @@ import pytest
 
 from prnav.errors import DesignError
 from prnav.render import Renderer
-from prnav.sensors import Camera, CameraConfig, PhotoreceptorConfig, Photoreceptors, load_design, random_design
+from prnav.sensors import load_design, random_design
+from prnav.sensors.camera import Camera, CameraConfig
+from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
 
 POSES = (np.zeros(3, int), np.array([[0, 0, 0], [0.2, 0, 0], [0, 0, 0.3]]), np.array([0.0, 1.0, 2.0]))
 

@@ -5,7 +5,9 @@ import pytest
 from scipy import stats
 
 from prnav.errors import DesignError
-from prnav.sensors import Camera, CameraConfig, PhotoreceptorConfig, Photoreceptors, Readout, read_out
+from prnav.sensors import Readout, read_out
+from prnav.sensors.camera import Camera, CameraConfig
+from prnav.sensors.photoreceptor import PhotoreceptorConfig, Photoreceptors
 from prnav.sensors.readout import standard_normal
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import toy_config
 from reach_env import GymnasiumEnv, ReachEnv
+from toy_run import toy_config
 
 from prnav.contracts import BatchEnv, BoxActions, DiscreteActions, ObservationSpec
 from prnav.policy import MEMORIES, PolicyConfig, action_head, build_policy

@@ -16,7 +16,7 @@ from worker_process import gradients
 from prnav.train import RunFolder, Workers, read_metrics
 from prnav.train.checkpoint import list_checkpoints
 from prnav.train.distributed import checksum
-from prnav.train.progress import Progress
+from prnav.train.progress import RolloutProgress
 
 SCRIPT = Path(__file__).parent / "worker_process.py"
 
@@ -83,10 +83,10 @@ def test_a_lost_worker_is_said_to_be_and_the_run_resumes_to_the_same_bits(tmp_pa
     finish(start("train", tmp_path / "unbroken", total, "1.0"))
     rows = trace(tmp_path / "broken")
     assert rows[-1]["step"] == int(total) and rows == trace(tmp_path / "unbroken")
-    # one worker cannot go on with what two have left
+    # one worker cannot resume what two have left
     processes = start("train", tmp_path / "broken", total, "1.0", size=1)
     [(_, error)] = finish(processes, 2)
-    assert "it is of 2 worker(s), and 1 would go on; resume with torchrun --nproc-per-node 2" in error
+    assert "it is of 2 worker(s), and 1 would resume it; resume with torchrun --nproc-per-node 2" in error
 
 
 @pytest.mark.slow
@@ -129,7 +129,7 @@ def test_one_worker_exchanges_nothing():
 def test_members_of_a_worker_stop_at_the_same_step():
     """Two threads at different speeds, and a call to end while they run."""
     asked = threading.Event()
-    progress = Progress(1000, 2, asked.is_set)
+    progress = RolloutProgress(1000, 2, asked.is_set)
     steps = [0, 0]
 
     def run(member: int, others: int) -> None:
@@ -149,7 +149,7 @@ def test_members_of_a_worker_stop_at_the_same_step():
 @pytest.mark.parametrize(("asked_at", "expected"), [(0, 4), (3, 4), (9, 9), (99, 16)])
 def test_a_rollout_is_never_cut_below_a_quarter(asked_at, expected):
     step = 0
-    progress = Progress(16, 1, lambda: step >= asked_at)
+    progress = RolloutProgress(16, 1, lambda: step >= asked_at)
     while progress.may_step(0):
         step += 1
     assert step == progress.limit == expected

@@ -227,7 +227,7 @@ def test_a_full_disk_costs_a_checkpoint_and_not_the_run(make_trainer, config):
             trainer.save()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "training goes on, the last checkpoint is of step 0" in warnings[0]
+    assert "training continues, the last checkpoint is of step 0" in warnings[0]
     assert [path.name for path in trainer.folder.checkpoints.iterdir()] == ["step-000000000000.safetensors"]
 
 

@@ -9,13 +9,14 @@ scene lights.
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.domains.control.engine import mujoco
-from prnav.domains.control.textures import Textures, build_textures
+from prnav.domains.control.textures import TexturePyramids, build_textures
 from prnav.errors import RenderError
 
 Float64 = NDArray[np.float64]
@@ -83,7 +84,7 @@ class Appearance(NamedTuple):
     """What is drawn, geoms before sites in the model's order: S rows of :data:`SHAPE`."""
     lights: NDArray[np.void]
     """The headlight, black where it is off, and the L scene lights: L + 1 rows of :data:`LIGHT`."""
-    textures: Textures
+    textures: TexturePyramids
     sky: int
     """Texture of the sky, -1 for black."""
     near: float
@@ -146,7 +147,7 @@ def _is_drawn(model: mujoco.MjModel, site: bool, index: int) -> bool:
     return bool(int(_field(model, row, "group")) < DRAWN_GROUPS and _rgba(model, row)[3] > 0.0)
 
 
-def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> Any:
+def _field(model: mujoco.MjModel, row: tuple[bool, int], name: str) -> Untyped:
     """What a model says of a geom or site: a number, or an array of several."""
     site, index = row
     value = getattr(model.site(index) if site else model.geom(index), name)

@@ -6,6 +6,7 @@ in each, B x B receptors per sensor, G geoms, S sites, L lights.
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from prnav.domains.control.appearance import FloorAnchor, build_appearance
-from prnav.domains.control.casting import SAMPLES, Scene, new_strip, new_work, read_states
+from prnav.domains.control.casting import SAMPLES, Scene, Strip, Work, new_strip, new_work, read_states
 from prnav.domains.control.engine import mujoco
 from prnav.errors import RenderError
 from prnav.render.rays import rays_per_side
@@ -69,6 +70,7 @@ class Caster:
         if samples not in SAMPLES:
             raise RenderError(f"samples of a ray are {samples!r}; valid: {', '.join(map(str, SAMPLES))}")
         self._samples = samples
+        self._rooms: dict[tuple[int, int], list[tuple[Work, Strip]]] = {}  # not in use, by grid and side
 
     def read(
         self, poses: WorldPoses, places: ArrayLike, axes: ArrayLike, fovs: ArrayLike, grid: int = 4, threads: int = 1
@@ -132,13 +134,20 @@ class Caster:
             )
         )
         out = np.empty((states, sensors, grid, grid, 3), np.float32)
-        halves_NK = np.tan(0.5 * np.ascontiguousarray(fovs_NK))
+        halves_NK = _shaped(np.tan(0.5 * np.ascontiguousarray(fovs_NK)), (states, sensors), "fields of view")
+        places_NK3 = _shaped(places_NK3, (states, sensors, 3), "places of sensors")
 
         def work(start: int, stop: int) -> None:
+            key = grid, side
+            try:
+                work, strip = self._rooms.setdefault(key, []).pop()
+            except IndexError:
+                work, strip = new_work(self._scene), new_strip(grid, side, self._samples)
             read_states(
-                self._scene, new_work(self._scene), *parts, places_NK3, axes_NK33, halves_NK,
-                new_strip(grid, side, self._samples), grid, side, self._samples, start, stop, out,
+                self._scene, work, *parts, places_NK3, axes_NK33, halves_NK,
+                strip, grid, side, self._samples, start, stop, out,
             )  # fmt: skip
+            self._rooms[key].append((work, strip))
 
         threads = max(1, min(threads, states))
         if threads == 1:
@@ -151,7 +160,10 @@ class Caster:
 
 
 def _shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Float64:
-    array = np.asarray(value, np.float64)
-    if array.size != np.prod(shape) or array.shape[: len(shape) - 1] != shape[:-1]:
+    """The value as the kernels take it: in one piece and read-only, so that they are compiled once."""
+    array = np.ascontiguousarray(value, np.float64)
+    if array.size != math.prod(shape) or array.shape[: len(shape) - 1] != shape[:-1]:
         raise RenderError(f"{what} have shape {array.shape}; it must be {shape}")
-    return array.reshape(shape)
+    array = array.reshape(shape).view()
+    array.flags.writeable = False
+    return array

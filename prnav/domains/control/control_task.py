@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Float64 = NDArray[np.float64]
 
 
-class Rollout(NamedTuple):
+class PhysicsRollout(NamedTuple):
     """What B simulations did in T simulation steps; from where one diverged, its rows are nan."""
 
     qpos: Float64
@@ -76,7 +76,7 @@ class ControlTask:
         start(self._task, physics, np.arange(len(seeds)), seeds)
         return Starts(physics.qpos.copy(), self._task.target(physics).copy())
 
-    def rollout(self, qpos: ArrayLike, qvel: ArrayLike, target: ArrayLike | None, actions: ArrayLike) -> Rollout:
+    def rollout(self, qpos: ArrayLike, qvel: ArrayLike, target: ArrayLike | None, actions: ArrayLike) -> PhysicsRollout:
         """Simulate from states under actions (B, T, nu) in -1..1, each for one simulation step.
 
         Raises:
@@ -92,7 +92,7 @@ class ControlTask:
         if count != physics.num:
             raise ControlError(f"{self.name}: {count} rows of actions for {physics.num} states; give as many of each")
         shapes = (self.model.nq,), (self.model.nv,), (), (self.facts.observation_size,)
-        result = Rollout(*(np.full((count, steps, *shape), np.nan) for shape in shapes))
+        result = PhysicsRollout(*(np.full((count, steps, *shape), np.nan) for shape in shapes))
         alive = np.ones(count, np.bool_)
         for step in range(steps):
             alive &= ~physics.step(actions[:, step])

@@ -8,13 +8,14 @@ body's -y, whose up is its +z, and which looks along its +x.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.domains.control import models
 from prnav.domains.control.engine import mujoco
 from prnav.domains.control.surfaces import GeomSurface, geom_surface
 from prnav.errors import DesignError
@@ -30,14 +31,17 @@ class SeatPlan(NamedTuple):
 
     standard: str
     """Design that is taken where none is named."""
+    build: Callable[[], mujoco.MjModel]
+    """Compiles the model."""
     geoms: Mapping[str, str]
     """The geom whose surface sensors sit on, by the name that designs give it."""
 
 
 PLANS: Mapping[str, SeatPlan] = {
-    "reacher": SeatPlan("reacher-4", {name: name for name in ("arm", "hand", "finger")}),
+    "reacher": SeatPlan("reacher-4", models.reacher_hard, {name: name for name in ("arm", "hand", "finger")}),
     "walker": SeatPlan(
         "walker-4",
+        models.walker,
         {
             name: name
             for name in (
@@ -46,7 +50,7 @@ PLANS: Mapping[str, SeatPlan] = {
             )
         },
     ),
-    "finger": SeatPlan("finger-4", {name: name for name in ("proximal", "distal", "fingertip")}),
+    "finger": SeatPlan("finger-4", models.finger_spin, {name: name for name in ("proximal", "distal", "fingertip")}),
 }
 """The plans by model: every moving body of reacher and walker; of the finger its two links and its tip, not the
 spinner, which is no part of the agent."""

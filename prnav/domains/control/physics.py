@@ -7,11 +7,11 @@ the bits are the same for any number of threads, any batch and any order.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array
 from prnav.domains.control.engine import Quiet, mujoco
 from prnav.domains.control.facts import LARGEST
 
@@ -110,12 +110,12 @@ class Physics:
                 self.batch.forward(lost, stage=mujoco.mjtStage.mjSTAGE_VEL)
         return diverged
 
-    def get_state(self) -> dict[str, NDArray[Any]]:
-        """Copies of the arrays that :meth:`set_state` needs to go on exactly here."""
+    def get_state(self) -> dict[str, Array]:
+        """Copies of the arrays that :meth:`set_state` needs to resume exactly here."""
         return {name: value.copy() for name, value in (*self.state.items(), *self.expanded.items())}
 
-    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`get_state` was called."""
+    def set_state(self, state: dict[str, Array]) -> None:
+        """Resume where :meth:`get_state` was called."""
         self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         for name, value in (*self.state.items(), *self.expanded.items()):
             value[:] = state[name]

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Untyped
 from prnav.contracts import Evaluation, Trace
 from prnav.contracts.records import pick_episodes
 from prnav.domains.control.facts import EPISODE_STEPS
@@ -76,7 +77,7 @@ class ControlPictures:
         """
         raise RecordError("films of control tasks are not made; reports show how returns grew")
 
-    def trace(self, world: Any, episode: int, trace: Trace) -> NDArray[np.uint8]:
+    def trace(self, world: Untyped, episode: int, trace: Trace) -> NDArray[np.uint8]:
         """One episode's rewards as a small picture (H, W, 3)."""
         from prnav.style import new_figure, styled
 
@@ -89,7 +90,7 @@ class ControlPictures:
         return np.array(figure.canvas.buffer_rgba())[..., :3]  # type: ignore[attr-defined]
 
 
-def _draw(axes: Axes, trace: Trace, header: Mapping[str, Any], **style: Any) -> None:
+def _draw(axes: Axes, trace: Trace, header: Mapping[str, JSON], **style: Untyped) -> None:
     total = np.concatenate([[0.0], np.cumsum(trace["reward"])])
     axes.plot(np.arange(len(total)) * int(header.get("action_repeat", 1)), total, **style)
 

@@ -19,7 +19,6 @@ class ControlTaskSpec:
     """A :class:`prnav.contracts.TaskSpec` over bodies and seeded episodes."""
 
     config_type: type[ControlConfig]
-    preset: str = "quickstart-control"
     measures: Sequence[str] = ("return", "steps", "diverged")
     score: str = "return"
     pictures: ControlPictures = field(default_factory=ControlPictures)
@@ -29,6 +28,11 @@ class ControlTaskSpec:
     def name(self) -> str:
         """As commands and configs have it, for example "control/walker-walk"."""
         return f"control/{self.config_type.task}"
+
+    @property
+    def preset(self) -> str:
+        """Config of the same name with a dash, for example "control-walker-walk"."""
+        return f"control-{self.config_type.task}"
 
     @property
     def evaluation(self) -> ControlEvaluation:

@@ -1,4 +1,4 @@
-"""Surfaces of a model's geoms on which sensors sit, each a :class:`prnav.sensors.body.Surface` in its body's frame.
+"""Surfaces of a model's geoms on which sensors sit, each a :class:`prnav.sensors.body.BodySurface` in its body's frame.
 
 Spheres, ellipsoids and boxes are parametrised by the direction in which their centre sees a place: a push turns it
 along a great circle, by the push's part across it over the distance from the centre, and the sensor is where the new

@@ -21,7 +21,7 @@ LEVELS = 16
 """Most levels of a pyramid: enough for 32,768 texels a side."""
 
 
-class Textures(NamedTuple):
+class TexturePyramids(NamedTuple):
     """Pyramids of T textures."""
 
     texels: NDArray[np.uint8]
@@ -32,7 +32,7 @@ class Textures(NamedTuple):
     """Levels of each texture, (T,)."""
 
 
-def build_textures(model: mujoco.MjModel) -> Textures:
+def build_textures(model: mujoco.MjModel) -> TexturePyramids:
     """Pyramids of all textures of a model, in its order.
 
     Raises:
@@ -53,7 +53,7 @@ def build_textures(model: mujoco.MjModel) -> Textures:
             if faces.shape[1] == 1 and faces.shape[2] == 1:
                 break
             faces = halved(faces)
-    return Textures(np.concatenate(parts) if parts else np.zeros(3, np.uint8), table, count)
+    return TexturePyramids(np.concatenate(parts) if parts else np.zeros(3, np.uint8), table, count)
 
 
 def _faces(model: mujoco.MjModel, texture: int) -> Float64:

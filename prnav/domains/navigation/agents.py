@@ -21,7 +21,7 @@ STOP, FORWARD, LEFT, RIGHT = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
-class RandomAgent:
+class RandomNavigator:
     """Forward, left or right with equal chance; stops within ``stop_distance`` of the goal."""
 
     stop_distance: float = 0.2

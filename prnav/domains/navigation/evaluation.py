@@ -7,10 +7,10 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.cache import cache_key, hash_arrays
 from prnav.config import to_mapping
 from prnav.contracts import Agent, EpisodeRequest, EpisodeSlots, Evaluation, Header, Outcome, Trace
@@ -23,11 +23,16 @@ from prnav.domains.navigation.sights import record_sights
 from prnav.episodes.files import episode_splits
 from prnav.errors import ConfigError, RecordError, SceneNote
 from prnav.scene import scene_ids
+from prnav.schema import Number, Table, fit
 from prnav.sensors import Body
 from prnav.sim import STOP
 
 ENV_KEYS = ("sensors", "grid", "camera_size", "rays_per_receptor", "engine", "vision", "readout", "sim", "navmesh")
 """Settings of the environment that a record's head holds."""
+
+
+RULES = Table(dict.fromkeys(("success_distance", "slack", "success_reward"), Number(-1e6, 1e6)))
+"""What of the rules a result is computed from."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ class NavigationEvaluation:
             SceneError: no such split.
         """
         config = self.config_type(scenes="test", vision=False) if trained is None else trained
-        changes: dict[str, Any] = {}
+        changes: JSONObject = {}
         if request.episodes_file is not None or request.data is not None:
             split = request.split if request.episodes_file is not None else request.split or "val"
             changes |= {"episodes": request.episodes_file, "episode_split": split, "scene_files": ()}
@@ -75,7 +80,7 @@ class NavigationEvaluation:
             names = [field.name for field in dataclasses.fields(config.rules)]  # type: ignore[arg-type]
             if "visible" not in names:
                 raise ConfigError(f"--target {request.target}: {config.kind.name} has no target that can be seen")
-            rules: Any = config.rules
+            rules: Untyped = config.rules
             changes["rules"] = dataclasses.replace(rules, visible=request.target == "visible")
         return dataclasses.replace(config, **changes)
 
@@ -148,10 +153,7 @@ class NavigationEvaluation:
         Raises:
             RecordError: the header lacks rules.
         """
-        try:
-            rules = {key: float(header["rules"][key]) for key in ("success_distance", "slack", "success_reward")}
-        except (KeyError, TypeError, ValueError) as error:
-            raise RecordError(f"evaluation: its rules lack {error}; evaluate again with prnav-eval") from error
+        rules = fit(header.get("rules"), RULES, RecordError, "evaluation: its rules", "evaluate again with prnav-eval")
         stops = len(trace) > 0 and int(trace["actions"][-1]) == STOP
         taken = float(np.linalg.norm(np.diff(trace["positions"], axis=0), axis=1).sum())
         left, shortest = float(row["distance_to_goal"]), float(row["geodesic_distance"])

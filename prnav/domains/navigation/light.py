@@ -6,11 +6,12 @@ Shapes: n agents, K sensors on each, B x B receptors or H x W pixels a sensor.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.render import Renderer
 from prnav.sensors import read_out
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class Viewpoints(NamedTuple):
     """Where the sensors of n agents are, and what readings depend on beside."""
 
-    scenes: NDArray[np.integer[Any]]
+    scenes: NDArray[np.integer[Untyped]]
     """Index of each agent's scene, (n,)."""
     positions: NDArray[np.float64]
     """Feet [m], (n, 3)."""
@@ -65,7 +66,7 @@ class Light:
         """Whether the renderer's device is a GPU."""
         return self.renderer.device != "cpu"
 
-    def readings(self, at: Viewpoints, grid: int) -> Any:
+    def readings(self, at: Viewpoints, grid: int) -> Untyped:
         """What receptors read, (n, K, B * B, 3) float32 in 0 to 1, row by row from the top left.
 
         An array on the host, or, where they may stay on the device and nothing is done to them there, a tensor.
@@ -76,7 +77,7 @@ class Light:
         light = self.renderer.read(*view, grid=grid, spheres=at.spheres).reshape(shape)
         return read_out(light, self.readout, at.keys, at.steps)
 
-    def pictures(self, at: Viewpoints, size: int) -> Any:
+    def pictures(self, at: Viewpoints, size: int) -> Untyped:
         """What cameras see as the nearest bytes, (n, K, H, W, 3) uint8; on the device as :meth:`readings`."""
         view, shape = at[:4], (*at.poses.shape[:2], size, size, 3)
         if at.on_device and self.readout.is_ideal:
@@ -93,7 +94,7 @@ def as_bytes(pictures: NDArray[np.float32]) -> NDArray[np.uint8]:
     return (pictures * np.float32(255.0) + np.float32(0.5)).astype(np.uint8)
 
 
-def _tensor(values: Any) -> Any:
+def _tensor(values: Untyped) -> Untyped:
     """An array that lies on a device as a tensor over the same memory, through DLPack."""
     import torch
 

@@ -23,6 +23,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.checks import require_at_least
 from prnav.contracts import Progress
 from prnav.domains.navigation.env.settings import SensorSettings
 from prnav.domains.navigation.light import Light, Viewpoints
@@ -76,9 +77,7 @@ class ProxyConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("places", "pose_places", "goals", "directions", "features", "rays_per_receptor"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        require_at_least(self, 1, "places", "pose_places", "goals", "directions", "features", "rays_per_receptor")
         if not 0.0 <= self.stuck <= 1.0:
             raise ValueError(f"stuck is {self.stuck}; it must lie within 0 to 1")
         if not 0.0 < self.front_deg <= 180.0:

@@ -7,7 +7,7 @@ from prnav.domains.navigation.agents import (
     ForwardAgent,
     GoalFollowerAgent,
     InTaskNumbers,
-    RandomAgent,
+    RandomNavigator,
     ShortestPathAgent,
 )
 from prnav.domains.navigation.env import NavigationConfig, NavigationSlots
@@ -34,7 +34,7 @@ def reference_agent(name: str, slots: NavigationSlots, config: NavigationConfig)
     reach, stride, first = config.rules.success_distance, config.sim.forward_step, slots.first_action
     agents: dict[str, Agent] = {
         "shortest-path": ShortestPathAgent(lambda: slots.expert_actions() + first),
-        "random": RandomAgent(reach),
+        "random": RandomNavigator(reach),
         "forward": ForwardAgent(reach),
         "goal-follower": GoalFollowerAgent(reach),
         "wall-follower": WallFollowerAgent(slots.num_slots, stride, reach),

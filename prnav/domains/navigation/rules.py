@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prnav.aliases import Untyped
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -57,7 +59,7 @@ class TaskKind:
     """Whether action 0 is stop; without it actions begin with forward."""
     shows_goal: bool
     """Whether agents are told distance and bearing of the goal."""
-    judge: Callable[[Any, Bools, Floats, Floats], Verdict]
+    judge: Callable[[Untyped, Bools, Floats, Floats], Verdict]
     """(rules, where agents stopped (N,), geodesic distance to the goal before and after the step (N,) [m])."""
-    spheres: Callable[[Floats, Any], Floats] | None = None
+    spheres: Callable[[Floats, Untyped], Floats] | None = None
     """(goals (n, 3) [m], rules) -> centres and radii [m] (n, 4) of what hangs over them to be seen."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
+from prnav.aliases import JSONObject
 from prnav.cache import hash_arrays
 from prnav.contracts import BatchEnv, Header, Progress
 from prnav.domains.navigation.benchmark import benchmark_of
@@ -81,7 +81,7 @@ class NavigationTask:
 
     def facts(self, config: NavigationConfig, world: EpisodeSource) -> Header:
         """Hashes of a run's scenes, its episodes and their file."""
-        facts: dict[str, Any] = {
+        facts: JSONObject = {
             "benchmark": benchmark_of(config),
             "episodes": len(world),
             "episodes_sha256": hash_arrays({"starts": world.starts, "yaws": world.yaws, "goals": world.goals}),

@@ -5,6 +5,7 @@ The paper, appendix "Target Navigation Setting". There is no stop action: coming
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -82,6 +83,7 @@ def judge(rules: TargetNavConfig, stopped: Bools, before: Floats, after: Floats)
 class TargetNavEnvConfig(NavigationConfig):
     """Settings of a TargetNav environment. Its training homes are ten of the built-in ones, as the paper's are."""
 
+    renamed_keys: ClassVar[Mapping[str, str]] = {**NavigationConfig.renamed_keys, "targetnav": "rules"}
     kind: ClassVar[TaskKind] = TaskKind("targetnav", has_stop=False, shows_goal=False, judge=judge, spheres=spheres)
     ten_homes: ClassVar[bool] = True
     rules: TargetNavConfig = field(default_factory=TargetNavConfig)

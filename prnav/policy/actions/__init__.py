@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
+from prnav.aliases import Untyped
 from prnav.contracts import ActionSpec, BoxActions, DiscreteActions
 from prnav.policy.actions.categorical import Categorical, CategoricalHead
 from prnav.policy.actions.gaussian import Gaussian, GaussianHead
 from prnav.policy.actions.head import ActionDistribution, ActionHead, Exploration
 
-HEADS: Mapping[type[Any], Callable[[Any], ActionHead]] = {
+HEADS: Mapping[type[Untyped], Callable[[Untyped], ActionHead]] = {
     DiscreteActions: CategoricalHead,
     BoxActions: GaussianHead,
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
+from prnav.aliases import Array
 from prnav.contracts import DiscreteActions
 from prnav.policy.actions.head import ActionHead, Exploration, small_network
 
@@ -105,7 +105,7 @@ class CategoricalHead(ActionHead):
         """The distribution with logits (B, A)."""
         return Categorical(parameters)
 
-    def for_environment(self, actions: Tensor) -> NDArray[Any]:
+    def for_environment(self, actions: Tensor) -> Array:
         """The actions (B,) int64."""
         return actions.cpu().numpy()
 

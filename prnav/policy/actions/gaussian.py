@@ -18,13 +18,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from prnav.aliases import Array
 from prnav.contracts import BoxActions
 from prnav.policy.actions.head import SMALLEST_UNIFORM, ActionHead, Exploration, small_network
 
@@ -162,7 +162,7 @@ class GaussianHead(ActionHead):
         """The distribution with mean and logarithm of the standard deviation (B, 2 D)."""
         return Gaussian(parameters, self.middle.to(parameters), self.half.to(parameters))
 
-    def for_environment(self, actions: Tensor) -> NDArray[Any]:
+    def for_environment(self, actions: Tensor) -> Array:
         """The actions (B, D) float32, clipped to the bounds."""
         assert isinstance(self.spec, BoxActions)
         low, high = np.asarray(self.spec.low, np.float32), np.asarray(self.spec.high, np.float32)

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from prnav.aliases import Array
 from prnav.contracts import ActionSpec
 
 SMALLEST_UNIFORM = 1e-7
@@ -122,7 +123,7 @@ class ActionHead(ABC):
         """The distribution with the actor's output (B, P)."""
 
     @abstractmethod
-    def for_environment(self, actions: Tensor) -> NDArray[Any]:
+    def for_environment(self, actions: Tensor) -> Array:
         """Actions as the environment takes them, on the host: int64 (B,), or float32 (B, D) clipped to the bounds."""
 
     @abstractmethod

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from prnav.policy.memory.lstm import LSTMMemory, Segments, segment
-from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, Rows, State
+from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, MemoryState, Rows
 from prnav.policy.memory.none import NoMemory
 from prnav.policy.memory.stack import StackMemory, Windows
 
-MEMORIES: Mapping[str, type[LSTMMemory] | type[StackMemory] | type[NoMemory]] = {
-    "lstm": LSTMMemory,
-    "stack": StackMemory,
-    "none": NoMemory,
-}
-"""By the name that a config gives them."""
-
 __all__ = [
-    "MEMORIES",
     "Cut",
     "Cutter",
     "Inputs",
@@ -27,7 +17,7 @@ __all__ = [
     "Rows",
     "Segments",
     "StackMemory",
-    "State",
+    "MemoryState",
     "Windows",
     "segment",
 ]

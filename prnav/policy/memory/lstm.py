@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -16,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor, nn
 from torch.nn.utils.rnn import PackedSequence
 
+from prnav.aliases import Array
 from prnav.policy.config import PolicyConfig
 from prnav.policy.features import displacement_features
 from prnav.policy.lstm_cpu import packed_layer, packed_steps
-from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, Rows, State
+from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, MemoryState, Rows
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class LSTMMemory(Memory):
     With ``displacement`` the way moved since the last step, by GPS and compass, is one more input. With ``skip`` the
     outputs are the LSTM's followed by its inputs.
 
-    State: "lstm" (2, L, N, H), hidden and cell values, and with ``displacement`` "fixes" (N, 3), the last GPS and
+    MemoryState: "lstm" (2, L, N, H), hidden and cell values, and with ``displacement`` "fixes" (N, 3), the last GPS and
     compass.
     """
 
@@ -91,18 +91,18 @@ class LSTMMemory(Memory):
                 if name.startswith("bias_ih"):
                     parameter.data[hidden : 2 * hidden] = 1.0  # start by remembering
 
-    def initial_state(self, environments: int) -> State:
+    def initial_state(self, environments: int) -> MemoryState:
         """Zeros."""
         weight = next(self.lstm.parameters())
         state = {"lstm": weight.new_zeros(2, self.lstm.num_layers, environments, self.lstm.hidden_size)}
         return {**state, "fixes": weight.new_zeros(environments, 3)} if self.displacement else state
 
-    def select(self, state: State, rows: Rows) -> State:
-        """State of some environments; a view of it for a slice."""
+    def select(self, state: MemoryState, rows: Rows) -> MemoryState:
+        """MemoryState of some environments; a view of it for a slice."""
         part = {"lstm": state["lstm"][:, :, rows]}
         return {**part, "fixes": state["fixes"][rows]} if self.displacement else part
 
-    def restored(self, stored: Mapping[str, NDArray[Any]] | NDArray[Any]) -> State:
+    def restored(self, stored: Mapping[str, Array] | Array) -> MemoryState:
         """The state that a checkpoint holds; those of the first version have one array, the fixes in its last layer."""
         if isinstance(stored, Mapping):
             return super().restored(stored)
@@ -112,7 +112,7 @@ class LSTMMemory(Memory):
             parts["fixes"] = np.ascontiguousarray(stored[0, layers, :, :3])
         return super().restored(parts)
 
-    def step(self, inputs: Inputs, state: State, starts: Tensor) -> tuple[Tensor, State]:
+    def step(self, inputs: Inputs, state: MemoryState, starts: Tensor) -> tuple[Tensor, MemoryState]:
         """One step of N environments."""
         rows = self._rows(inputs, state.get("fixes"), starts)
         before = state["lstm"] * (~starts)[:, None].to(rows.dtype)
@@ -122,7 +122,7 @@ class LSTMMemory(Memory):
             kept["fixes"] = inputs.fixes
         return self._with_skip(outputs[0], rows), kept
 
-    def sequence(self, inputs: Inputs, state: State, starts: Tensor, plan: object) -> Tensor:
+    def sequence(self, inputs: Inputs, state: MemoryState, starts: Tensor, plan: object) -> Tensor:
         """All steps of whole environments, segment by segment; ``plan`` is their :class:`Segments`."""
         assert isinstance(plan, Segments)
         before = state["lstm"]

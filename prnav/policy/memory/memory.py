@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-State = dict[str, Tensor]
+from prnav.aliases import Array
+
+MemoryState = dict[str, Tensor]
 """What a memory carries from step to step. Only the memory itself knows what the tensors mean."""
 
 Rows = slice | Tensor
@@ -64,22 +66,22 @@ class Memory(nn.Module, ABC):
     """O."""
 
     @abstractmethod
-    def initial_state(self, environments: int) -> State:
-        """State of N environments before the first step."""
+    def initial_state(self, environments: int) -> MemoryState:
+        """MemoryState of N environments before the first step."""
 
     @abstractmethod
-    def select(self, state: State, rows: Rows) -> State:
-        """State of some environments, for a slice as views."""
+    def select(self, state: MemoryState, rows: Rows) -> MemoryState:
+        """MemoryState of some environments, for a slice as views."""
 
     @abstractmethod
-    def step(self, inputs: Inputs, state: State, starts: Tensor) -> tuple[Tensor, State]:
+    def step(self, inputs: Inputs, state: MemoryState, starts: Tensor) -> tuple[Tensor, MemoryState]:
         """One step: inputs (N, ...), state before it, starts (N,) bool -> outputs (N, O), state after it.
 
         Where ``starts``, what came before is forgotten.
         """
 
     @abstractmethod
-    def sequence(self, inputs: Inputs, state: State, starts: Tensor, plan: object) -> Tensor:
+    def sequence(self, inputs: Inputs, state: MemoryState, starts: Tensor, plan: object) -> Tensor:
         """Outputs (M, O) of a cut's targets.
 
         Args:
@@ -93,7 +95,7 @@ class Memory(nn.Module, ABC):
     def cutter(self, starts: NDArray[np.bool_], device: torch.device) -> Cutter:
         """What cuts a rollout whose ``starts`` (T, N) mark the first step of each episode; plans lie on ``device``."""
 
-    def restored(self, stored: Mapping[str, NDArray[Any]] | NDArray[Any]) -> State:
+    def restored(self, stored: Mapping[str, Array] | Array) -> MemoryState:
         """The state that a checkpoint holds as arrays, on the host."""
         assert isinstance(stored, Mapping)
         return {name: torch.as_tensor(value) for name, value in stored.items()}

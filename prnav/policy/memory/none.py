@@ -8,29 +8,29 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from prnav.policy.config import PolicyConfig
-from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, Rows, State
+from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, MemoryState, Rows
 
 
 class NoMemory(Memory):
-    """Features go through as they are. State: nothing."""
+    """Features go through as they are. MemoryState: nothing."""
 
     def __init__(self, features: int, config: PolicyConfig, fixes: bool) -> None:
         super().__init__()
         self.outputs = features
 
-    def initial_state(self, environments: int) -> State:
+    def initial_state(self, environments: int) -> MemoryState:
         """Nothing."""
         return {}
 
-    def select(self, state: State, rows: Rows) -> State:
+    def select(self, state: MemoryState, rows: Rows) -> MemoryState:
         """Nothing."""
         return {}
 
-    def step(self, inputs: Inputs, state: State, starts: Tensor) -> tuple[Tensor, State]:
+    def step(self, inputs: Inputs, state: MemoryState, starts: Tensor) -> tuple[Tensor, MemoryState]:
         """One step of N environments."""
         return inputs.features, {}
 
-    def sequence(self, inputs: Inputs, state: State, starts: Tensor, plan: object) -> Tensor:
+    def sequence(self, inputs: Inputs, state: MemoryState, starts: Tensor, plan: object) -> Tensor:
         """The features of the frames, which are the targets."""
         return inputs.features
 

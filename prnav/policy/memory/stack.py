@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from prnav.policy.config import PolicyConfig
-from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, Rows, State
+from prnav.policy.memory.memory import Cut, Cutter, Inputs, Memory, MemoryState, Rows
 
 FAR = 1 << 40
 """Steps since the start of an episode that began before the rollout."""
@@ -35,7 +35,7 @@ class Windows:
 class StackMemory(Memory):
     """The features of the last n steps, oldest first, n * F of them.
 
-    State: "frames" (N, n - 1, F), the last ones, oldest first, zeros where the episode had not begun.
+    MemoryState: "frames" (N, n - 1, F), the last ones, oldest first, zeros where the episode had not begun.
     """
 
     device_of: Tensor
@@ -45,21 +45,21 @@ class StackMemory(Memory):
         self.frames, self.features, self.outputs = config.frames, features, config.frames * features
         self.register_buffer("device_of", torch.zeros(0), persistent=False)
 
-    def initial_state(self, environments: int) -> State:
+    def initial_state(self, environments: int) -> MemoryState:
         """Zeros."""
         return {"frames": self.device_of.new_zeros(environments, self.frames - 1, self.features)}
 
-    def select(self, state: State, rows: Rows) -> State:
-        """State of some environments; a view of it for a slice."""
+    def select(self, state: MemoryState, rows: Rows) -> MemoryState:
+        """MemoryState of some environments; a view of it for a slice."""
         return {"frames": state["frames"][rows]}
 
-    def step(self, inputs: Inputs, state: State, starts: Tensor) -> tuple[Tensor, State]:
+    def step(self, inputs: Inputs, state: MemoryState, starts: Tensor) -> tuple[Tensor, MemoryState]:
         """One step of N environments."""
         before = state["frames"].masked_fill(starts[:, None, None], 0.0)
         frames = torch.cat([before, inputs.features[:, None]], dim=1)
         return frames.flatten(1), {"frames": frames[:, 1:]}
 
-    def sequence(self, inputs: Inputs, state: State, starts: Tensor, plan: object) -> Tensor:
+    def sequence(self, inputs: Inputs, state: MemoryState, starts: Tensor, plan: object) -> Tensor:
         """Outputs of single steps; ``plan`` is their :class:`Windows`.
 
         Frame by frame of the windows, since no row is then taken twice: its gradient is a copy and no sum, the same

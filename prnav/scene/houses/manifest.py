@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from prnav.aliases import JSONObject
 from prnav.cache import hash_arrays
 from prnav.errors import SceneError
 from prnav.resources import resource
@@ -73,7 +73,7 @@ def load_manifest() -> dict[str, HomeHashes]:
 
 def manifest_text(hashes: Mapping[str, HomeHashes]) -> str:
     """The manifest for these hashes by id, with what the homes' plans say, as JSON text."""
-    homes: list[dict[str, Any]] = []
+    homes: list[JSONObject] = []
     for name, seed in house_ids().items():
         facts = describe_house(seed)
         homes.append(

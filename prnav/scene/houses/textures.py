@@ -7,14 +7,14 @@ A texture is named ``kind`` or ``kind:variant``; variants differ in seed and, wh
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import Array
 from prnav.scene.houses.rng import Rng
 
-Image = NDArray[Any]
+Image = Array
 
 
 def draw_texture(name: str, seed: int) -> NDArray[np.uint8]:

@@ -89,6 +89,22 @@ def test_ids_are_registered_with_their_task(task, mounts, num_envs):
     np.testing.assert_array_equal(rows["state"][0], observation["state"])
 
 
+@pytest.mark.parametrize("sensors", [2, 4, 8])
+def test_designs_of_the_library_see(task, sensors):
+    name = f"prnav/{task.facts.env_name}-v0"
+    design = f"{task.facts.body}-{sensors}"
+    env = gymnasium.make(name, design=design, grid=2)
+    observation, _ = env.reset(seed=0)
+    assert observation["photoreceptors"].shape == (sensors, 4, 3) and np.ptp(observation["photoreceptors"]) > 0.1
+    if sensors == 4:
+        assert_same(gymnasium.make(name, grid=2).reset(seed=0)[0], observation)
+    with pytest.raises(DesignError, match="'nowhere'"):
+        gymnasium.make(name, design="nowhere")
+    other = {"reacher": "walker", "walker": "finger", "finger": "reacher"}[task.facts.body]
+    with pytest.raises(DesignError, match=f"{other}-2"):
+        gymnasium.make(name, design=f"{other}-2")
+
+
 def test_a_vector_environment_is_its_single_environments(task, mounts):
     envs = ControlVectorEnv(3, config(task), mounts=mounts)
     singles = [ControlEnv(config(task), mounts=mounts) for _ in range(3)]

@@ -7,13 +7,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason='needs MuJoCo: pip install "prnav[control]"')
 
+import prnav  # noqa: E402
 from prnav import catalog  # noqa: E402
 from prnav.contracts import EpisodeRequest, Evaluation, Played  # noqa: E402
 from prnav.contracts.measures import BY_KEY  # noqa: E402
 from prnav.domains.control.evaluation import episodes_hash  # noqa: E402
 from prnav.domains.control.facts import TASKS  # noqa: E402
+from prnav.domains.control.mounts import load_mounts  # noqa: E402
 from prnav.errors import ConfigError  # noqa: E402
 from prnav.play import TraceRecorder, play  # noqa: E402
+from prnav.train.config import load_train_config  # noqa: E402
 
 NAMES = [f"control/{name}" for name in TASKS]
 
@@ -38,6 +41,16 @@ def test_the_catalog_knows_the_task(name):
     assert spec.validation(config).split == "val"
     assert (spec.with_design(config, "some", 4).design, spec.with_design(config, "some", 4).grid) == ("some", 4)
     assert TASKS[config.task].env_name in catalog.GYMNASIUM
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_presets_are_of_their_task_and_budget(name):
+    spec = catalog.task_spec(name)
+    preset = load_train_config(spec.preset)
+    assert preset.task == name and isinstance(preset.env, spec.config_type)
+    assert preset.total_steps * preset.env.repeat == 20_000_000
+    assert (preset.policy.memory, preset.policy.frames) == ("stack", 3)
+    assert load_mounts(preset.env.design, prnav.ControlTask(preset.env.task).model).num_sensors == 4
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -13,7 +13,7 @@ import pytest
 
 import prnav
 from prnav.domains.control.facts import EPISODE_STEPS, TASKS
-from prnav.errors import ControlError
+from prnav.errors import ControlError, RenderError
 
 TOUCH = {"finger-spin": slice(7, 9), "finger-turn-easy": slice(7, 9)}
 """Where an observation holds forces, which a state alone does not determine."""
@@ -203,6 +203,39 @@ def test_bad_input_is_one_clear_line(task):
     with pytest.raises(ControlError, match="there are no states"):
         task.observe(starts.qpos[:0], qvel[:0], starts.target[:0])
     assert facts.observation_size == task.observe(starts.qpos, qvel, starts.target).shape[1]
+
+
+def test_readings_of_sensors_are_as_good_as_the_recorded_ones(task, golden):
+    with np.load(golden / "dmc" / task.name.replace("-", "_") / "readings.npz") as file:
+        recorded = {name: file[name] for name in file.files}
+    usual = np.flatnonzero(~np.isin(recorded["row_label"].astype(str), ["inside", "below"]))[::5]
+    states = recorded["row_state"][usual]
+    seen = task.read(
+        recorded["qpos"][states],
+        recorded["target"][states],
+        [str(body) for body in recorded["sensor_body"][usual]],
+        recorded["sensor_pos"][usual],
+        recorded["sensor_quat"][usual],
+        np.radians(recorded["sensor_fovy"][usual]),
+        grid=4,
+        rays_per_receptor=64,
+    )
+    error = np.abs(seen - recorded["reading_4x4"][usual])
+    assert seen.dtype == np.float32 and error.mean() <= 1 / 255 and np.quantile(error, 0.99) <= 8 / 255
+
+
+def test_readings_refuse_unknown_bodies_and_wrong_shapes(task):
+    start = task.starts([0])
+    body = task.model.body(1).name
+    sensor = {"positions": [[0, 0, 0.1]], "quaternions": [[1, 0, 0, 0]], "fovs": [1.0]}
+    with pytest.raises(ControlError, match=rf"{task.name} has no body 'head'; valid: world, {body}"):
+        task.read(start.qpos, start.target, ["head"], **sensor)
+    with pytest.raises(ControlError, match="2 names of bodies for 1 states"):
+        task.read(start.qpos, start.target, [body, body], **sensor)
+    with pytest.raises(ControlError, match=r"quaternions has shape \(1, 3\); it must be \(1, 4\)"):
+        task.read(start.qpos, start.target, [body], **{**sensor, "quaternions": [[0, 0, 0]]})
+    with pytest.raises(RenderError, match="field of view"):
+        task.read(start.qpos, start.target, [body], **{**sensor, "fovs": [4.0]})
 
 
 def test_an_unknown_task_names_the_valid_ones():

@@ -6,10 +6,10 @@ long as they run, so they need no counts of their own.
 
 from __future__ import annotations
 
-from typing import Any
-
 from llvmlite import ir
 from numba.extending import intrinsic
+
+from prnav.aliases import Untyped
 
 
 def _borrowed(typing, array):
@@ -23,5 +23,5 @@ def _borrowed(typing, array):
     return array(array), generate
 
 
-borrowed: Any = intrinsic(_borrowed)
+borrowed: Untyped = intrinsic(_borrowed)
 """``borrowed(array)`` is the same array, uncounted: valid only while its owner holds it."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.tracing import KEPT
-from prnav.domains.control.textures import Textures
+from prnav.domains.control.textures import TexturePyramids
 
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
@@ -21,7 +21,7 @@ class Scene(NamedTuple):
 
     shapes: NDArray[np.void]
     lights: NDArray[np.void]
-    textures: Textures
+    textures: TexturePyramids
     sky: int
     near: float
     far: float
@@ -85,6 +85,10 @@ class Work(NamedTuple):
     """Vertices of each plane whose light is kept, (S, KEPT); numbers grow with each sensor."""
     glow: Float64
     """That light: of the first pass, and of each light that casts shadows, (S, KEPT, L + 1, 3)."""
+    plain_kept: Int64
+    """The same for the light of all lights, (S, KEPT)."""
+    plain_glow: Float64
+    """That light, (S, KEPT, 3)."""
 
 
 class Strip(NamedTuple):
@@ -139,13 +143,15 @@ def new_work(scene: Scene) -> Work:
         veils=Veils(np.zeros(shapes, np.int64), np.zeros(shapes), np.zeros((shapes, 4))),
         kept=np.full((shapes, KEPT), -1),
         glow=np.zeros((shapes, KEPT, lights, 3)),
+        plain_kept=np.full((shapes, KEPT), -1),
+        plain_glow=np.zeros((shapes, KEPT, 3)),
     )
 
 
 @njit(nogil=True, error_model="numpy", forceinline=True)
 def borrowed_scene(scene):
     """The same scene of uncounted arrays."""
-    textures = Textures(
+    textures = TexturePyramids(
         borrowed(scene.textures.texels), borrowed(scene.textures.table), borrowed(scene.textures.levels)
     )
     return Scene(
@@ -172,6 +178,8 @@ def borrowed_work(work):
         Veils(borrowed(work.veils.shape), borrowed(work.veils.away), borrowed(work.veils.layer)),
         borrowed(work.kept),
         borrowed(work.glow),
+        borrowed(work.plain_kept),
+        borrowed(work.plain_glow),
     )
 
 

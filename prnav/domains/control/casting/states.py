@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numba import njit
 
+from prnav.aliases import Untyped
 from prnav.domains.control.casting.borrow import borrowed
 from prnav.domains.control.casting.facing import (
     aim_headlight,
@@ -183,6 +183,8 @@ def _compiled(sources: str) -> Callable[..., None]:
         scene, work = borrowed_scene(scene), borrowed_work(work)
         places, axes, halves, out = borrowed(places), borrowed(axes), borrowed(halves), borrowed(out)
         strip = borrowed_strip(strip)
+        work.kept[:] = -1
+        work.plain_kept[:] = -1
         for n in range(start, stop):
             finite = _place_shapes(scene, work, geom_xpos, geom_xmat, site_xpos, site_xmat, n)
             finite = finite and _place_lights(scene, work, light_xpos, light_xdir, n)
@@ -218,4 +220,4 @@ def _digest() -> str:
     return digest.hexdigest()
 
 
-read_states: Callable[..., Any] = _compiled(_digest())
+read_states: Callable[..., Untyped] = _compiled(_digest())

@@ -147,10 +147,32 @@ def _surface(scene, work, camera, stamp, s, t, a, b, pixel):
     return red, green, blue
 
 
+@njit(nogil=True, error_model="numpy")
+def _light_plain_vertex(shape, lights, beams, x, y, ex, ey, ez, factor, glow):
+    """Write the light of all lights at a plane's vertex into ``glow`` (3,)."""
+    glow[0], glow[1], glow[2] = lit(shape, lights, ALL_LIGHTS, beams, x, y, 0.0, 0.0, 0.0, 1.0, ex, ey, ez, factor)
+
+
 @njit(nogil=True, error_model="numpy", forceinline=True)
-def _plain_surface(scene, work, views, s, t, a, b, pixel, factor):
-    """The same in the light of all lights, without shadows, its own colour times ``factor``."""
-    shape, row, beams = scene.shapes[s], views[s], work.beams[s]
+def _plain_glow(scene, work, stamp, s, column, row, x, y, ex, ey, ez, factor):
+    """The same as :func:`_glow` for the light of all lights."""
+    slot = (column + 4 * row) % KEPT
+    number = (stamp * 1024 + row) * 1024 + column
+    if work.plain_kept[s, slot] != number:
+        work.plain_kept[s, slot] = number
+        _light_plain_vertex(
+            scene.shapes[s], scene.lights, work.beams[s], x, y, ex, ey, ez, factor, work.plain_glow[s, slot]
+        )
+    return slot
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _plain_surface(scene, work, views, stamp, s, t, a, b, pixel, factor):
+    """Colour of shape s at depth t in the light of all lights, without shadows, its own colour times ``factor``.
+
+    ``stamp`` is another for each sensor, and for its mirrored camera.
+    """
+    shape, row = scene.shapes[s], views[s]
     ex, ey, ez = row[0], row[1], row[2]
     dz = row[11] + a * row[5] + b * row[8]
     x = ex + t * (row[9] + a * row[3] + b * row[6])
@@ -158,19 +180,20 @@ def _plain_surface(scene, work, views, s, t, a, b, pixel, factor):
     z = ez + t * dz
     if shape.kind != PLANE:
         nx, ny, nz = normal(shape, x, y, z)
-        return lit(shape, scene.lights, ALL_LIGHTS, beams, x, y, z, nx, ny, nz, ex, ey, ez, factor)
-    _, _, x0, x1, y0, y1, u, v = plane_cell(shape, x, y)
-    low = u + v <= 1.0
-    red, green, blue = 0.0, 0.0, 0.0
-    for k in range(3):
-        if k == 0:
-            weight, cx, cy = (1.0 - u - v, x0, y0) if low else (u + v - 1.0, x1, y1)
-        elif k == 1:
-            weight, cx, cy = u if low else 1.0 - v, x1, y0
-        else:
-            weight, cx, cy = v if low else 1.0 - u, x0, y1
-        r, g, b2 = lit(shape, scene.lights, ALL_LIGHTS, beams, cx, cy, 0.0, 0.0, 0.0, 1.0, ex, ey, ez, factor)
-        red, green, blue = red + weight * r, green + weight * g, blue + weight * b2
+        return lit(shape, scene.lights, ALL_LIGHTS, work.beams[s], x, y, z, nx, ny, nz, ex, ey, ez, factor)
+    column, line, x0, x1, y0, y1, u, v = plane_cell(shape, x, y)
+    if u + v <= 1.0:
+        w0, w1, w2 = 1.0 - u - v, u, v
+        v0 = _plain_glow(scene, work, stamp, s, column, line, x0, y0, ex, ey, ez, factor)
+    else:
+        w0, w1, w2 = u + v - 1.0, 1.0 - v, 1.0 - u
+        v0 = _plain_glow(scene, work, stamp, s, column + 1, line + 1, x1, y1, ex, ey, ez, factor)
+    v1 = _plain_glow(scene, work, stamp, s, column + 1, line, x1, y0, ex, ey, ez, factor)
+    v2 = _plain_glow(scene, work, stamp, s, column, line + 1, x0, y1, ex, ey, ez, factor)
+    glow = work.plain_glow
+    red = w0 * glow[s, v0, 0] + w1 * glow[s, v1, 0] + w2 * glow[s, v2, 0]
+    green = w0 * glow[s, v0, 1] + w1 * glow[s, v1, 1] + w2 * glow[s, v2, 1]
+    blue = w0 * glow[s, v0, 2] + w1 * glow[s, v1, 2] + w2 * glow[s, v2, 2]
     if shape.texture >= 0:
         r, g, b2 = plane_color(shape, scene.textures, x, y, pixel * t / np.sqrt(abs(dz)))
         red, green, blue = red * r, green * g, blue * b2
@@ -178,7 +201,7 @@ def _plain_surface(scene, work, views, s, t, a, b, pixel, factor):
 
 
 @njit(nogil=True, error_model="numpy")
-def _veiled(scene, work, views, count, near, far, mirror, a, b, pixel, factor, red, green, blue):
+def _veiled(scene, work, views, stamp, count, near, far, mirror, a, b, pixel, factor, red, green, blue):
     """A colour seen through the transparent shapes that a ray meets between two depths.
 
     They are blended twice, front to back and then back to front, as the renderer does.
@@ -193,7 +216,7 @@ def _veiled(scene, work, views, count, near, far, mirror, a, b, pixel, factor, r
             continue
         t = enter(scene.shapes[s], row[0], row[1], row[2], dx, dy, dz)
         if near <= t < far:
-            layer[0], layer[1], layer[2] = _plain_surface(scene, work, views, s, t, a, b, pixel, factor)
+            layer[0], layer[1], layer[2] = _plain_surface(scene, work, views, stamp, s, t, a, b, pixel, factor)
             layer[3] = abs(work.alphas[s])
     for k in range(2 * count):
         layer = work.veils.layer[k if k < count else 2 * count - 1 - k]
@@ -225,15 +248,31 @@ def shade(scene, work, camera, faced, stamp, s, t, a, b, pixel):
                 scene.shapes, work.mirror_views, work.mirror_order, faced.mirrored, a, b, t, scene.far
             )
             if other >= 0:
-                r, g, b2 = _plain_surface(scene, work, work.mirror_views, other, depth, a, b, pixel, factor)
+                r, g, b2 = _plain_surface(
+                    scene, work, work.mirror_views, 2 * stamp + 1, other, depth, a, b, pixel, factor
+                )
             if faced.veils > 0:
                 r, g, b2 = _veiled(
-                    scene, work, work.mirror_views, faced.veils, t, depth, s, a, b, pixel, factor, r, g, b2
+                    scene,
+                    work,
+                    work.mirror_views,
+                    2 * stamp + 1,
+                    faced.veils,
+                    t,
+                    depth,
+                    s,
+                    a,
+                    b,
+                    pixel,
+                    factor,
+                    r,
+                    g,
+                    b2,
                 )
             red, green, blue = red + r, green + g, blue + b2
         red, green, blue = min(red, 1.0), min(green, 1.0), min(blue, 1.0)
     if faced.veils > 0:
         red, green, blue = _veiled(
-            scene, work, work.views, faced.veils, scene.near, t, -1, a, b, pixel, 1.0, red, green, blue
+            scene, work, work.views, 2 * stamp, faced.veils, scene.near, t, -1, a, b, pixel, 1.0, red, green, blue
         )
     return red, green, blue

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 
+from prnav.aliases import Array, JSONObject, Untyped
 from prnav.domains.control.env.config import ControlConfig
 from prnav.domains.control.env.seeds import EpisodeSeeds
 from prnav.domains.control.env.slots import ControlSlots
@@ -15,7 +15,7 @@ from prnav.domains.control.env.spaces import action_space, observation_space
 from prnav.domains.control.env.vector_env import configure
 from prnav.domains.control.eyes import Mounts
 
-Observation = dict[str, NDArray[Any]]
+Observation = dict[str, Array]
 
 
 class ControlEnv(gymnasium.Env):
@@ -33,7 +33,7 @@ class ControlEnv(gymnasium.Env):
         self,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        **settings: Any,
+        **settings: Untyped,
     ):
         """Environment as ``config`` or single settings of :class:`ControlConfig` say.
 
@@ -51,7 +51,7 @@ class ControlEnv(gymnasium.Env):
         self.action_space = action_space(self.slots.action_spec)
         self._order: EpisodeSeeds | None = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
+    def reset(self, *, seed: int | None = None, options: JSONObject | None = None) -> tuple[Observation, dict]:
         """Begin the next episode; a seed starts the sequence of episodes anew.
 
         ``options={"episode": seed}`` begins the episode with this seed instead.
@@ -64,7 +64,7 @@ class ControlEnv(gymnasium.Env):
         self.slots.begin_seeds([0], self._order.draw(np.array([0])) if chosen is None else [chosen])
         return self._observation(), self._facts()
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Untyped) -> tuple[Observation, float, bool, bool, JSONObject]:
         """Take one action (D,): observation, reward, terminated, truncated, info."""
         ended = self.slots.advance(np.asarray(action, np.float64)[None])[0]
         info = self._facts()
@@ -76,5 +76,5 @@ class ControlEnv(gymnasium.Env):
     def _observation(self) -> Observation:
         return {name: value[0] for name, value in self.slots.observe().items()}
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> JSONObject:
         return {"episode_seed": int(self.slots.seed[0])}

@@ -7,11 +7,11 @@ slots on the first axis; nothing loops over them but the drawing of starts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, JSONObject
 from prnav.contracts import BoxActions, ObservationSpec
 from prnav.domains.control.env.config import ControlConfig
 from prnav.domains.control.env.spaces import action_spec, observation_specs
@@ -21,7 +21,7 @@ from prnav.domains.control.physics import Physics
 from prnav.domains.control.tasks import make_task, start
 from prnav.errors import ConfigError, DesignError, EpisodeError
 
-Observations = dict[str, NDArray[Any]]
+Observations = dict[str, Array]
 """float32, but for pictures, which are bytes."""
 
 _STATE = ("seed", "steps", "total_reward", "diverged", "theta", "suite_state")
@@ -167,7 +167,7 @@ class ControlSlots:
         values = {"return": self.total_reward, "steps": self.steps, "diverged": self.diverged}
         return {name: np.array(value[rows], np.float64) for name, value in values.items()}
 
-    def outcome(self, slot: int) -> dict[str, Any]:
+    def outcome(self, slot: int) -> JSONObject:
         """Measures and facts of one slot's episode, as plain numbers and strings."""
         return {
             "scene_id": self.config.task,
@@ -177,7 +177,7 @@ class ControlSlots:
             "diverged": int(self.diverged[slot]),
         }
 
-    def state(self, slots: ArrayLike) -> dict[str, NDArray[Any]]:
+    def state(self, slots: ArrayLike) -> dict[str, Array]:
         """Where slots (n,) are: joint positions and velocities, targets [m] and the suite's own observation."""
         rows = np.asarray(slots, np.int64)
         return {
@@ -187,7 +187,7 @@ class ControlSlots:
             "suite_state": self.suite_state[rows],
         }
 
-    def events(self, slots: ArrayLike) -> dict[str, NDArray[Any]]:
+    def events(self, slots: ArrayLike) -> dict[str, Array]:
         """The last actions of slots (n,), what they were rewarded with, and whether the simulation diverged."""
         rows = np.asarray(slots, np.int64)
         return {
@@ -222,11 +222,11 @@ class ControlSlots:
             raise DesignError("a design holds numbers that are not finite; all 7 entries of each sensor must be finite")
         return values
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> JSONObject:
         """Copies of all that :meth:`restore` needs to continue exactly here."""
         return {**{name: getattr(self, name).copy() for name in _STATE}, "physics": self.physics.get_state()}
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def restore(self, state: JSONObject) -> None:
         """Continue where :meth:`snapshot` was taken, with the same config and number of slots.
 
         Raises:

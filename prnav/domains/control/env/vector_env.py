@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.config import from_mapping
 from prnav.contracts import BoxActions, ObservationSpec
 from prnav.domains.control.env.config import ControlConfig
@@ -46,7 +47,7 @@ class ControlVectorEnv(VectorEnv):
         num_envs: int = 1,
         config: ControlConfig | None = None,
         mounts: Mounts | None = None,
-        **settings: Any,
+        **settings: Untyped,
     ):
         """Environment of ``num_envs`` agents.
 
@@ -84,8 +85,8 @@ class ControlVectorEnv(VectorEnv):
         return self.slots.action_spec
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: JSONObject | None = None
+    ) -> tuple[Observations, JSONObject]:
         """Begin a new episode in every agent, from new seeds if given (one, or one per agent).
 
         Without a seed the sequences of episodes go on; the first reset without one draws seeds at random.
@@ -101,13 +102,13 @@ class ControlVectorEnv(VectorEnv):
 
     def step(
         self, actions: ArrayLike
-    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], JSONObject]:
         """One action per agent (N, D): observations, rewards (N,), terminated (N,), truncated (N,), info."""
         slots = self.slots
         ended = slots.advance(actions)
         rewards, terminated, truncated = slots.rewards.copy(), slots.terminated.copy(), slots.truncated.copy()
         self._observations = slots.observe()
-        info: dict[str, Any] = {}
+        info: JSONObject = {}
         if ended.any():
             over = np.flatnonzero(ended)
             info["final_obs"] = self._final_observations(over)
@@ -133,7 +134,7 @@ class ControlVectorEnv(VectorEnv):
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> JSONObject:
         """All that :meth:`restore` needs to continue exactly here."""
         waiting = sorted(self._next_theta)
         shape = (len(waiting), self.slots.num_sensors, 7)
@@ -145,7 +146,7 @@ class ControlVectorEnv(VectorEnv):
             "next_theta": np.array([self._next_theta[agent] for agent in waiting], np.float64).reshape(shape),
         }
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def restore(self, state: JSONObject) -> None:
         """Continue where :meth:`snapshot` was taken, in environments made alike."""
         self.slots.restore(state["slots"])
         self.order = EpisodeSeeds(np.asarray(state["order_seeds"], np.int64))
@@ -159,7 +160,7 @@ class ControlVectorEnv(VectorEnv):
         """The observations that the last reset, step or :meth:`restore` left, each (N, ...)."""
         return {name: value.copy() for name, value in self._observations.items()}
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: Untyped) -> None:
         """Nothing is held that needs closing."""
 
     def _begin(self, agents: NDArray[np.int64], seeds: NDArray[np.int64]) -> None:
@@ -168,7 +169,7 @@ class ControlVectorEnv(VectorEnv):
             self.slots.set_designs(changed, np.stack([self._next_theta.pop(agent) for agent in changed]))
         self.slots.begin_seeds(agents, seeds)
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> JSONObject:
         return {"episode_seed": self.slots.seed.copy(), "_episode_seed": np.ones(self.num_envs, np.bool_)}
 
     def _final_observations(self, over: NDArray[np.int64]) -> NDArray[np.object_]:
@@ -178,8 +179,8 @@ class ControlVectorEnv(VectorEnv):
             final[agent] = {name: value[agent].copy() for name, value in self._observations.items()}
         return final
 
-    def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
-        final: dict[str, Any] = {}
+    def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> JSONObject:
+        final: JSONObject = {}
         for name, value in self.slots.measures(over).items():
             rows = np.zeros(self.num_envs)
             rows[over] = value
@@ -193,7 +194,7 @@ class ControlVectorEnv(VectorEnv):
 
 
 def configure(
-    config: ControlConfig | None, settings: dict[str, Any], owner: type[ControlVectorEnv] | type[ControlEnv]
+    config: ControlConfig | None, settings: JSONObject, owner: type[ControlVectorEnv] | type[ControlEnv]
 ) -> ControlConfig:
     """A config, or one made of single settings as they come from ``gymnasium.make``.
 

@@ -29,7 +29,7 @@ class NavigationConfig(RuleSettings, FloorSettings, SensorSettings, EpisodeSetti
     """The task."""
     ten_homes: ClassVar[bool] = False
     """Whether the built-in training split is ten of its homes (:func:`prnav.scene.ten_training_homes`)."""
-    renamed_keys: ClassVar[Mapping[str, str]] = {"task": "rules", "targetnav": "rules"}
+    renamed_keys: ClassVar[Mapping[str, str]] = {"task": "rules"}
     """Tables of earlier versions and what they are called now; see :func:`prnav.config.from_mapping`."""
 
     def __post_init__(self) -> None:

@@ -6,11 +6,11 @@ import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSONObject, Progress, Untyped
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.episodes import (
@@ -26,7 +26,6 @@ from prnav.navmesh import NavMeshSettings
 from prnav.scene import scene_ids, ten_training_homes
 from prnav.scene.texture_budget import TextureLimits
 from prnav.sim import World, load_world
-from prnav.sim.world import Progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +35,7 @@ class EpisodeSource:
     world: World
     table: EpisodeTable
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> EpisodeSource:
+    def __deepcopy__(self, memo: dict[int, Untyped]) -> EpisodeSource:
         """Nothing in it ever changes: copies share it."""
         return self
 
@@ -129,7 +128,7 @@ def load_source(
     return EpisodeSource(world, table)
 
 
-def _builtin_table(config: NavigationConfig, progress: Progress | None) -> tuple[EpisodeTable, dict[str, Any]]:
+def _builtin_table(config: NavigationConfig, progress: Progress | None) -> tuple[EpisodeTable, JSONObject]:
     """The built-in episodes of a split, those of ten homes where the task trains in them."""
     count, seed, most = config.episodes_per_scene, config.episode_seed, config.max_scenes
     if not config.ten_homes or config.scenes != "train":
@@ -174,6 +173,6 @@ def deal(table: EpisodeTable, limit: int) -> EpisodeTable:
     return dataclasses.replace(table.take(rows), scene_ids=scenes, scene_index=scene_index.astype(np.int32))
 
 
-def _settings(header: dict[str, Any], default: NavMeshSettings, source: str) -> NavMeshSettings:
+def _settings(header: JSONObject, default: NavMeshSettings, source: str) -> NavMeshSettings:
     stored = header.get("prnav", {}).get("navmesh") if isinstance(header.get("prnav"), dict) else None
     return from_mapping(NavMeshSettings, stored, source, "prnav.navmesh.") if isinstance(stored, dict) else default

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON
 from prnav.domains.navigation.env.trails import Trails
 from prnav.errors import ConfigError
 
@@ -33,7 +34,7 @@ def check_render_mode(mode: str | None) -> str | None:
     return mode
 
 
-class Screen:
+class RenderScreen:
     """Keeps the ways of agents and draws them; what draws is imported when the first picture is asked for."""
 
     def __init__(self, slots: NavigationSlots) -> None:
@@ -55,7 +56,7 @@ class Screen:
 
         return LivePictures(self.slots)
 
-    def picture(self, agent: int, observations: Mapping[str, Any]) -> NDArray[np.uint8]:
+    def picture(self, agent: int, observations: Mapping[str, JSON]) -> NDArray[np.uint8]:
         """An agent's way on the floor plan beside what it sees, (H, W, 3).
 
         Args:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
+from prnav.aliases import JSONObject, Untyped
 from prnav.arguments import indices, whole
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
-from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, Screen, check_render_mode
+from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, RenderScreen, check_render_mode
 from prnav.domains.navigation.env.slots import NavigationSlots
 from prnav.domains.navigation.env.spaces import observation_space
 from prnav.domains.navigation.env.vector_env import MAX_SEED, configure, option_of
@@ -34,7 +35,7 @@ class NavigationEnv(gymnasium.Env):
         config: NavigationConfig | None = None,
         source: EpisodeSource | None = None,
         render_mode: str | None = None,
-        **settings: Any,
+        **settings: Untyped,
     ):
         """Environment as ``config`` or single settings of :class:`NavigationConfig` say, over ``source`` if given.
 
@@ -55,13 +56,13 @@ class NavigationEnv(gymnasium.Env):
         self._order: EpisodeOrder | None = None
         self._playing = self._closed = False
         self._seen: Observation = {}
-        self._screen = Screen(self.slots) if render_mode is not None else None
+        self._screen = RenderScreen(self.slots) if render_mode is not None else None
 
     def close(self) -> None:
         """Play no more; there is nothing else to let go of."""
         self._closed = True
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
+    def reset(self, *, seed: int | None = None, options: JSONObject | None = None) -> tuple[Observation, dict]:
         """Begin the next episode; a seed starts the order of episodes anew."""
         if self._closed:
             raise ClosedEnvironmentError("the environment is closed; make another one")
@@ -81,7 +82,7 @@ class NavigationEnv(gymnasium.Env):
             self._screen.begin(np.array([0]))
         return self._observation(), self._facts()
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Untyped) -> tuple[Observation, float, bool, bool, JSONObject]:
         """Take one action: observation, reward, terminated, truncated, info.
 
         Raises:
@@ -117,6 +118,6 @@ class NavigationEnv(gymnasium.Env):
         self._seen = {name: value[0] for name, value in self.slots.observe().items()}
         return dict(self._seen)
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> JSONObject:
         scene_id, episode_id = self.slots.source.id(self.slots.episode[0])
         return {"scene_id": scene_id, "episode_id": episode_id, "distance_to_goal": float(self.slots.distance[0])}

@@ -6,11 +6,10 @@ slots on the first axis; nothing loops over them.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, JSONObject
 from prnav.arguments import floats, indices
 from prnav.contracts import DiscreteActions, ObservationSpec
 from prnav.domains.navigation.env.config import NavigationConfig
@@ -26,7 +25,7 @@ from prnav.play import episode_key
 from prnav.sensors import load_design, theta_to_pose
 from prnav.sim import FORWARD, HOLD, STOP, Simulator
 
-Observations = dict[str, Any]
+Observations = JSONObject
 """Arrays by name as the specs say: float32, or bytes for pictures; readings may be tensors on the renderer's device."""
 
 _STATE = (
@@ -247,11 +246,11 @@ class NavigationSlots:
         actions[playing] = shortest_path_actions(self.simulator, self.fields, playing, reach)
         return np.maximum(actions, self.first_action) - self.first_action
 
-    def state(self, slots: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    def state(self, slots: NDArray[np.int64]) -> dict[str, Array]:
         """Where slots (n,) are: positions [m] (n, 3) and yaws [rad] (n,)."""
         return {"positions": self.positions[slots].copy(), "yaws": self.yaws[slots].copy()}
 
-    def events(self, slots: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    def events(self, slots: NDArray[np.int64]) -> dict[str, Array]:
         """The last actions of slots (n,), as the simulator numbers them, and whether they hit something."""
         return {"actions": self.actions[slots].astype(np.int8), "collisions": self.collided[slots].copy()}
 
@@ -274,10 +273,10 @@ class NavigationSlots:
         }
         return {name: np.asarray(value, np.float64) for name, value in values.items()}
 
-    def outcome(self, slot: int) -> dict[str, Any]:
+    def outcome(self, slot: int) -> JSONObject:
         """Measures and facts of one slot's episode, as plain numbers and strings."""
         scene_id, episode_id = self.source.id(self.episode[slot])
-        row: dict[str, Any] = {"scene_id": scene_id, "episode_id": episode_id}
+        row: JSONObject = {"scene_id": scene_id, "episode_id": episode_id}
         row.update({name: float(value[0]) for name, value in self.measures([slot]).items()})
         for name in ("success", "collisions", "steps"):
             row[name] = int(row[name])
@@ -315,13 +314,13 @@ class NavigationSlots:
             )
         return values
 
-    def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Copies of all arrays that :meth:`restore` needs to go on exactly here."""
+    def snapshot(self) -> dict[str, Array]:
+        """Copies of all arrays that :meth:`restore` needs to resume exactly here."""
         state = {name: getattr(self, name).copy() for name in _STATE}
         return {**state, **{f"sim_{name}": value for name, value in self.simulator.snapshot().items()}}
 
-    def restore(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`snapshot` was called; the source must be the same.
+    def restore(self, state: dict[str, Array]) -> None:
+        """Resume where :meth:`snapshot` was called; the source must be the same.
 
         Raises:
             EnvError: an episode or a scene is not there, or a pose is not finite.

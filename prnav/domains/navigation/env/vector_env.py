@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import gymnasium
 import numpy as np
@@ -12,16 +12,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from prnav.aliases import Array, JSONObject, Progress, Untyped
 from prnav.arguments import indices, whole
 from prnav.config import from_mapping
 from prnav.domains.navigation.env.config import NavigationConfig
 from prnav.domains.navigation.env.episode_source import EpisodeSource, load_source
 from prnav.domains.navigation.env.order import EpisodeOrder
-from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, Screen, check_render_mode
+from prnav.domains.navigation.env.screen import FPS, RENDER_MODES, RenderScreen, check_render_mode
 from prnav.domains.navigation.env.slots import NavigationSlots, Observations
 from prnav.domains.navigation.env.spaces import observation_space
 from prnav.errors import ConfigError, DesignError, EnvError
-from prnav.sim.world import Progress
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.single_env import NavigationEnv
@@ -53,7 +53,7 @@ class NavigationVectorEnv(VectorEnv):
         source: EpisodeSource | None = None,
         progress: Progress | None = None,
         render_mode: str | None = None,
-        **settings: Any,
+        **settings: Untyped,
     ):
         """Environment of ``num_envs`` agents.
 
@@ -85,11 +85,11 @@ class NavigationVectorEnv(VectorEnv):
         self._observations: Observations = {}
         self.on_device = self.slots.light is not None and self.slots.light.is_on_gpu
         """Whether readings stay on the renderer's device as tensors, for a policy that is there too."""
-        self._screen = Screen(self.slots) if render_mode is not None else None
+        self._screen = RenderScreen(self.slots) if render_mode is not None else None
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: JSONObject | None = None
+    ) -> tuple[Observations, JSONObject]:
         """Begin a new episode in every agent, from new seeds if given (one, or one per agent).
 
         Without a seed the order of episodes goes on; the first reset without one draws seeds at random.
@@ -111,7 +111,7 @@ class NavigationVectorEnv(VectorEnv):
 
     def step(
         self, actions: ArrayLike
-    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], JSONObject]:
         """One action per agent (N,): observations, rewards (N,), terminated (N,), truncated (N,), info.
 
         Raises:
@@ -133,7 +133,7 @@ class NavigationVectorEnv(VectorEnv):
             self.slots.truncated.copy(),
         )
         self._observations = self._observe()
-        info: dict[str, Any] = {}
+        info: JSONObject = {}
         if ended.any():
             over = np.flatnonzero(ended)
             info["final_obs"] = self._final_observations(over)
@@ -160,8 +160,8 @@ class NavigationVectorEnv(VectorEnv):
         for row, agent in enumerate(agents):
             self._next_theta[int(agent)] = values[row].copy()
 
-    def snapshot(self) -> dict[str, NDArray[Any]]:
-        """All arrays that :meth:`restore` needs to go on exactly here."""
+    def snapshot(self) -> dict[str, Array]:
+        """All arrays that :meth:`restore` needs to resume exactly here."""
         state = {**self.slots.snapshot(), "order_seeds": self.order.seeds, "order_drawn": self.order.drawn}
         waiting = sorted(self._next_theta)
         state["next_theta_agents"] = np.array(waiting, np.int64)
@@ -169,8 +169,8 @@ class NavigationVectorEnv(VectorEnv):
         state["next_theta"] = np.array([self._next_theta[agent] for agent in waiting], np.float64).reshape(shape)
         return {name: value.copy() for name, value in state.items()}
 
-    def restore(self, state: dict[str, NDArray[Any]]) -> None:
-        """Go on where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
+    def restore(self, state: dict[str, Array]) -> None:
+        """Resume where :meth:`snapshot` was called; scenes, episodes and config must be the same."""
         self.slots.restore(state)
         self.order = EpisodeOrder(len(self.slots.source), state["order_seeds"])
         self.order.drawn[:] = state["order_drawn"]
@@ -196,7 +196,7 @@ class NavigationVectorEnv(VectorEnv):
             for agent in range(self.num_envs)
         )
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: Untyped) -> None:
         """Nothing is held that needs closing."""
 
     def _begin(self, agents: NDArray[np.int64], episodes: NDArray[np.int64]) -> None:
@@ -224,7 +224,7 @@ class NavigationVectorEnv(VectorEnv):
     def _copy(self) -> Observations:
         return {name: copied(value) for name, value in self._observations.items()}
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> JSONObject:
         everyone = np.ones(self.num_envs, np.bool_)
         scenes, episodes = self.slots.source.names(self.slots.episode)
         return {
@@ -243,8 +243,8 @@ class NavigationVectorEnv(VectorEnv):
             final[agent] = {name: copied(value[agent]) for name, value in self._observations.items()}
         return final
 
-    def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> dict[str, Any]:
-        final: dict[str, Any] = {}
+    def _final_measures(self, over: NDArray[np.int64], ended: NDArray[np.bool_]) -> JSONObject:
+        final: JSONObject = {}
         for name, value in self.slots.measures(over).items():
             rows = np.zeros(self.num_envs)
             rows[over] = value
@@ -258,7 +258,7 @@ class NavigationVectorEnv(VectorEnv):
         return final
 
 
-def option_of(options: dict[str, Any] | None, name: str) -> Any:
+def option_of(options: JSONObject | None, name: str) -> Untyped:
     """The only option that a reset knows, None where it is not given.
 
     Raises:
@@ -270,13 +270,13 @@ def option_of(options: dict[str, Any] | None, name: str) -> Any:
     return (options or {}).get(name)
 
 
-def copied(values: Any) -> Any:
+def copied(values: Untyped) -> Untyped:
     """A copy of an array, or of a tensor where it lies."""
     return values.copy() if isinstance(values, np.ndarray) else values.clone()
 
 
 def configure(
-    config: NavigationConfig | None, settings: dict[str, Any], owner: type[NavigationVectorEnv] | type[NavigationEnv]
+    config: NavigationConfig | None, settings: JSONObject, owner: type[NavigationVectorEnv] | type[NavigationEnv]
 ) -> NavigationConfig:
     """A config, or one made of single settings as they come from ``gymnasium.make``.
 

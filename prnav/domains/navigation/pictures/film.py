@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Untyped
 from prnav.contracts.records import Evaluation, Trace, pick_episodes
 from prnav.domains.navigation.maps import FloorMap, load_maps
 from prnav.domains.navigation.pictures.frame import HEIGHT, WIDTH, Frame, Plan, Words, compose
@@ -43,7 +43,7 @@ def write_videos(evaluation: Evaluation, traces: Sequence[Trace], each: int = 1)
     return paths
 
 
-def encoder() -> Any:
+def encoder() -> Untyped:
     """The module that encodes films.
 
     Raises:
@@ -69,7 +69,7 @@ def write_mp4(path: Path, frames: Iterator[Frame], fps: float) -> None:
 
 
 def draw_frames(
-    row: Mapping[str, Any],
+    row: Mapping[str, JSON],
     track: Trace,
     maps: Sequence[FloorMap],
     readings: NDArray[np.uint8] | None,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from prnav import style
+from prnav.aliases import Untyped
 from prnav.domains.navigation.maps import FloorMap
 from prnav.domains.navigation.pictures.topdown import draw_floor
 from prnav.frames import forward
@@ -92,7 +93,7 @@ class Plan:
         figure.canvas.draw()
         self.floor = floor
         self.image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy())  # type: ignore[attr-defined]
-        self._to_pixels: Any = axes.transData.frozen()
+        self._to_pixels: Untyped = axes.transData.frozen()
 
     def go(self, stretch: NDArray[np.float64], time: float, collision: bool, image: Image.Image | None = None) -> None:
         """Draw one step's stretch of the way.
@@ -110,7 +111,7 @@ class Plan:
         if collision:
             pen.ellipse([*(b - 4), *(b + 4)], fill=style.COLLISION)
 
-    def put(self, image: Image.Image, position: NDArray[np.float64], yaw: float, goal: Any) -> None:
+    def put(self, image: Image.Image, position: NDArray[np.float64], yaw: float, goal: Untyped) -> None:
         """Draw goal and agent: a triangle that points where it looks.
 
         Args:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prnav.aliases import JSON, Array, Untyped
 from prnav.domains.navigation.maps import HALF_STOREY, make_maps
 from prnav.domains.navigation.pictures.frame import Frame, Plan, Words, compose, nearest_plan
 
@@ -25,7 +26,7 @@ class LivePictures:
         self.slots = slots
         self._plans: dict[int, list[Plan]] = {}
 
-    def frame(self, slot: int, trail: Trails, observations: Mapping[str, Any]) -> Frame:
+    def frame(self, slot: int, trail: Trails, observations: Mapping[str, JSON]) -> Frame:
         """A slot as it is now, (H, W, 3) uint8.
 
         Args:
@@ -67,7 +68,7 @@ class LivePictures:
         return self._plans[scene]
 
 
-def what_is_seen(observations: Mapping[str, Any], specs: ObservationSpecs) -> NDArray[np.uint8] | None:
+def what_is_seen(observations: Mapping[str, JSON], specs: ObservationSpecs) -> NDArray[np.uint8] | None:
     """What an agent's sensors see, (K, B, B, 3) in 0..255: a camera before receptors; None where it is blind."""
     for name in sorted(specs, key=lambda name: specs[name].kind):  # "image" comes before "receptors"
         spec = specs[name]
@@ -80,6 +81,6 @@ def what_is_seen(observations: Mapping[str, Any], specs: ObservationSpecs) -> ND
     return None
 
 
-def on_host(values: Any) -> NDArray[Any]:
+def on_host(values: Untyped) -> Array:
     """An array, or a tensor on any device, as a NumPy array."""
     return values if isinstance(values, np.ndarray) else np.asarray(values.cpu())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from prnav import style
+from prnav.aliases import JSON, Untyped
 from prnav.contracts import Trace
 from prnav.domains.navigation.maps import FloorMap
 from prnav.domains.navigation.pictures.frame import sensors_side_by_side
@@ -22,7 +22,7 @@ ACTION_COLORS = ("#1f2933", "#c9ced6", "#e0a53f", "#7a5ea8")
 
 
 def draw_sight(
-    row: Mapping[str, Any], track: Trace, readings: NDArray[np.uint8], maps: Sequence[FloorMap], title: str
+    row: Mapping[str, JSON], track: Trace, readings: NDArray[np.uint8], maps: Sequence[FloorMap], title: str
 ) -> Figure:
     """One episode as the agent saw it.
 
@@ -37,7 +37,7 @@ def draw_sight(
     moments = np.unique(np.linspace(0, steps, MOMENTS).round().astype(int))
     figure = style.new_figure(11.0, 3.6 + 0.75 * sensors + 1.0)
     with style.styled():
-        halves: Any = figure.subfigures(2, 1, height_ratios=(3.4, 0.75 * sensors + 1.0))
+        halves: Untyped = figure.subfigures(2, 1, height_ratios=(3.4, 0.75 * sensors + 1.0))
         top, bottom = halves
         area = top.add_gridspec(2, 1 + MOMENTS // 2, width_ratios=(1.7, *[1.0] * (MOMENTS // 2)))
         plan = top.add_subplot(area[:, 0])

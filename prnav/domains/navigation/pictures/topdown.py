@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from prnav import style
+from prnav.aliases import JSON
 from prnav.contracts.records import Evaluation, Trace, pick_episodes, pick_pairs
 from prnav.domains.navigation.maps import HALF_STOREY, FloorMap, floor_of
 
@@ -110,7 +110,7 @@ def _mark(axes: Axes, point: NDArray[np.float64], symbol: str, color: str, size:
     axes.scatter(point[0], point[1], s=size, marker=symbol, color=color, edgecolors="white", linewidths=1.0, zorder=6)
 
 
-def caption(row: Mapping[str, Any]) -> str:
+def caption(row: Mapping[str, JSON]) -> str:
     """Scene, score and cost of an episode in two short lines."""
     words = [f"SPL {float(row['spl']):.2f}"] if "spl" in row else []
     words.append(f"{int(row['steps'])} steps")
@@ -124,7 +124,7 @@ class _Panel:
     """One floor of one episode."""
 
     title: str
-    row: Mapping[str, Any]
+    row: Mapping[str, JSON]
     trajectory: Trace
     floor: FloorMap
 
@@ -175,7 +175,7 @@ def draw_pairs(
     return figure
 
 
-def floors_of(maps: Sequence[FloorMap], row: Mapping[str, Any], trajectory: Trace) -> list[FloorMap]:
+def floors_of(maps: Sequence[FloorMap], row: Mapping[str, JSON], trajectory: Trace) -> list[FloorMap]:
     """Floors that an episode's path or goal is on, lowest first; a blank one where no map is at hand."""
     heights = list(trajectory["positions"][:, 1])
     heights += [] if row.get("goal") is None else [float(row["goal"][1])]
@@ -184,7 +184,7 @@ def floors_of(maps: Sequence[FloorMap], row: Mapping[str, Any], trajectory: Trac
 
 
 def _panels(
-    title: str, row: Mapping[str, Any], track: Trace, floors: Sequence[FloorMap], tell: bool = False
+    title: str, row: Mapping[str, JSON], track: Trace, floors: Sequence[FloorMap], tell: bool = False
 ) -> list[_Panel]:
     tell = tell or len(floors) > 1
     return [
@@ -265,7 +265,7 @@ def _ratio(floor: FloorMap) -> float:
     return rows / max(columns, 1)
 
 
-def _empty(row: Mapping[str, Any], trajectory: Trace) -> FloorMap:
+def _empty(row: Mapping[str, JSON], trajectory: Trace) -> FloorMap:
     """A map that knows no floor, as large as the trajectory."""
     points = trajectory["positions"]
     if row.get("goal") is not None:

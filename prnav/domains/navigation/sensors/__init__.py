@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from prnav.domains.navigation.sensors.sensor import Sensor, SensorType, Situation
 from prnav.errors import ConfigError
+from prnav.registry import resolve
 
 if TYPE_CHECKING:
     from prnav.domains.navigation.env.config import NavigationConfig
@@ -18,8 +18,8 @@ SENSORS: dict[str, str] = {
     "design": "prnav.domains.navigation.sensors.design_vector:DesignVector",
     "gps": "prnav.domains.navigation.sensors.gps:Gps",
     "pointgoal": "prnav.domains.navigation.sensors.pointgoal:PointGoal",
-    "camera": "prnav.domains.navigation.sensors.camera:Camera",
-    "photoreceptors": "prnav.domains.navigation.sensors.photoreceptors:Photoreceptors",
+    "camera": "prnav.domains.navigation.sensors.camera:CameraSensor",
+    "photoreceptors": "prnav.domains.navigation.sensors.photoreceptors:PhotoreceptorSensor",
 }
 """Name of a sensor, and of what it observes -> module and class, imported when an environment has it."""
 
@@ -35,8 +35,7 @@ def sensor_type(name: str) -> SensorType:
     """
     if name not in SENSORS:
         raise ConfigError(f"sensor {name!r} is not known; valid: {', '.join(map(repr, SENSORS))}")
-    module, _, attribute = SENSORS[name].partition(":")
-    made: SensorType = vars(importlib.import_module(module))[attribute]
+    made: SensorType = resolve(SENSORS, name)
     return made
 
 

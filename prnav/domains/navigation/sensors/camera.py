@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gymnasium import spaces
 
+from prnav.aliases import Untyped
 from prnav.contracts import ObservationSpec
 from prnav.domains.navigation.sensors.sensor import Situation, box
 from prnav.errors import ConfigError
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from prnav.sensors import Design
 
 
-class Camera:
+class CameraSensor:
     """See :class:`prnav.domains.navigation.sensors.Sensor`."""
 
     name = "camera"
@@ -36,7 +37,7 @@ class Camera:
         """(K, size, size, 3)."""
         return box(self.spec)
 
-    def read(self, now: Situation) -> Any:
+    def read(self, now: Situation) -> Untyped:
         """(n, K, size, size, 3) uint8."""
         assert now.light is not None
         return now.light.pictures(now.viewpoints, self.size)

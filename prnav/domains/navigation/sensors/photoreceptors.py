@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gymnasium import spaces
 
+from prnav.aliases import Untyped
 from prnav.contracts import ObservationSpec
 from prnav.domains.navigation.sensors.sensor import Situation, box
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from prnav.sensors import Design
 
 
-class Photoreceptors:
+class PhotoreceptorSensor:
     """See :class:`prnav.domains.navigation.sensors.Sensor`."""
 
     name = "photoreceptors"
@@ -29,7 +30,7 @@ class Photoreceptors:
         """(K, grid * grid, 3)."""
         return box(self.spec)
 
-    def read(self, now: Situation) -> Any:
+    def read(self, now: Situation) -> Untyped:
         """(n, K, grid * grid, 3) float32."""
         assert now.light is not None
         return now.light.readings(now.viewpoints, self.grid)

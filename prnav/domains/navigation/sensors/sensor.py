@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from prnav.aliases import Untyped
 from prnav.contracts import ObservationSpec
 from prnav.domains.navigation.light import Light, Viewpoints
 
@@ -23,7 +24,7 @@ PI = float(np.float32(np.pi) + np.float32(1e-6))
 class Situation(NamedTuple):
     """Where n agents are in their episodes; K sensors on each body."""
 
-    scenes: NDArray[np.integer[Any]]
+    scenes: NDArray[np.integer[Untyped]]
     """Index of each agent's scene in the world, (n,)."""
     positions: NDArray[np.float64]
     """Feet [m], (n, 3)."""
@@ -74,7 +75,7 @@ class Sensor(Protocol):
         """The same as a Gymnasium space; :func:`box` where the spec says all."""
         ...
 
-    def read(self, now: Situation) -> Any:
+    def read(self, now: Situation) -> Untyped:
         """Readings (n, ...) as :attr:`spec` has them: a new array."""
         ...
 

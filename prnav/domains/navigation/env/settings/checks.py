@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+
+from prnav.aliases import Untyped
 
 
-def check_at_least(least: int, **values: Any) -> None:
+def check_at_least(least: int, **values: Untyped) -> None:
     """Pass if all are whole numbers of at least ``least``, or None.
 
     Raises:
@@ -17,7 +18,7 @@ def check_at_least(least: int, **values: Any) -> None:
             raise ValueError(f"{name} is {value!r}; it must be a whole number and at least {least}")
 
 
-def check_choice(valid: Iterable[str], **values: Any) -> None:
+def check_choice(valid: Iterable[str], **values: Untyped) -> None:
     """Pass if all are among ``valid``.
 
     Raises:
@@ -29,7 +30,7 @@ def check_choice(valid: Iterable[str], **values: Any) -> None:
             raise ValueError(f"{name} is {value!r}; valid: {', '.join(map(repr, choices))}")
 
 
-def check_filled(**values: Any) -> None:
+def check_filled(**values: Untyped) -> None:
     """Pass if all are texts with something in them, or None.
 
     Raises:
