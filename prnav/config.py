@@ -197,7 +197,8 @@ def _convert(value: Untyped, hint: Untyped, source: str, key: str) -> Untyped:
             raise ConfigError(f"config {source}: {key!r} is {told}; at most {most} ({reason})")
     if isinstance(value, str) and len(value) > MAX_TEXT:
         raise ConfigError(f"config {source}: {key!r} is a text of {len(value)} characters; at most {MAX_TEXT}")
-    if isinstance(value, str) and not value.isprintable():
+    plain = value.translate({10: " ", 9: " "}) if isinstance(value, str) and key.endswith("description") else value
+    if isinstance(plain, str) and not plain.isprintable():
         raise ConfigError(f"config {source}: {key!r} is {value!r}; valid: text without control characters")
     return value
 

@@ -22,8 +22,8 @@ from prnav.train.machine import one_core_threads
 from prnav.train.progress import RolloutProgress
 from prnav.train.rollout import Collector, Rollout
 
-WAITING = ("next_theta", "next_theta_agents")
-"""Arrays of the environments' state that have a row per agent that waits for a design."""
+ANY_ROWS = ("next_theta", "next_theta_agents", "values", "log_probs", "scores", "covariates")
+"""Arrays of the environments' state that have a row per agent that waits for a design, or per episode that is over."""
 
 
 class Crew:
@@ -102,7 +102,15 @@ class Crew:
                 f"checkpoint {source}: its environments are in {len(groups)} group(s), this run's in "
                 f"{len(self.collectors)}; resume with groups={len(groups)}"
             )
-        check_like(groups, [one.state_dict() for one in self.collectors], source, "collector", WAITING)
+        models = [_arrays_alone(one.state_dict()) for one in self.collectors]
+        check_like([_arrays_alone(group) for group in groups], models, source, "collector", ANY_ROWS)
         for collector, group in zip(self.collectors, groups, strict=True):
             collector.load_state_dict(group)
         self.generator.bit_generator.state = state["generator"]
+
+
+def _arrays_alone(state: Any) -> Any:
+    """A collector's state without what its environments learn: an optimiser has parts only once it has stepped."""
+    if not isinstance(state, Mapping) or not isinstance(state.get("environments"), Mapping):
+        return state
+    return {**state, "environments": {key: value for key, value in state["environments"].items() if key != "policy"}}

@@ -44,7 +44,7 @@ def test_what_is_no_search_is_one_error(searches):
     with pytest.raises(RecordError, match="no finished start in it"):
         methods([searches[0] / "start-0"], "spl")
     (searches[0] / "start-0" / "start.json").write_text("{")
-    with pytest.raises(RecordError, match="cannot be read"):
+    with pytest.raises(RecordError, match="not valid JSON"):
         methods(searches, "spl")
 
 

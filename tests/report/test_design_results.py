@@ -104,7 +104,7 @@ def test_rows_are_read_and_mistakes_are_one_line(tmp_path):
     with pytest.raises(RecordError, match="has no measure 'sp'; it has spl"):
         performances(load_rows([path]), "sp")
     path.write_text("{}\n")
-    with pytest.raises(RecordError, match="a line lacks group"):
+    with pytest.raises(RecordError, match="line 1: 'group' is missing"):
         load_rows([tmp_path])
     with pytest.raises(RecordError, match="none: cannot be read"):
         load_rows([tmp_path / "none"])
