@@ -109,7 +109,7 @@ class Crew:
         self.generator.bit_generator.state = state["generator"]
 
 
-def _arrays_alone(state: Any) -> Any:
+def _arrays_alone(state: Untyped) -> Untyped:
     """A collector's state without what its environments learn: an optimiser has parts only once it has stepped."""
     if not isinstance(state, Mapping) or not isinstance(state.get("environments"), Mapping):
         return state
