@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from prnav.aliases import JSON, JSONObject
+from prnav.aliases import JSON, JSONObject, Untyped
 from prnav.contracts import BatchEnv
 from prnav.errors import CheckpointError
 from prnav.policy import Policy
