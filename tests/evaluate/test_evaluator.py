@@ -153,7 +153,7 @@ def test_broken_records_are_named_with_the_remedy(plane, tmp_path):
     with pytest.raises(RecordError, match="format 99 is newer than 1, the newest known; update prnav"):
         load_evaluation(tmp_path)
     (tmp_path / "evaluation.json").write_text("[]")
-    with pytest.raises(RecordError, match="not an evaluation of prnav"):
+    with pytest.raises(RecordError, match="it holds .*, which is not an object"):
         load_evaluation(tmp_path)
 
 
