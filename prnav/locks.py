@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -84,10 +84,18 @@ def held_folder(folder: Path, error: type[PrnavError], message: str) -> Iterator
     Raises:
         error: another process holds it; with this message.
     """
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     lock = FolderLock(folder)
     if not lock.acquire():
         raise error(message)
     try:
         yield
+    except BaseException:
+        if made and not any(path.name != ".lock" for path in folder.iterdir()):
+            (folder / ".lock").unlink(missing_ok=True)
+            for place in made:  # nothing came of it: leave nothing
+                with suppress(OSError):
+                    place.rmdir()
+        raise
     finally:
         lock.release()

@@ -48,7 +48,7 @@ HEADER = Table(
         "finished": Truth(),
         "version": Text(),
         "benchmark": Maybe(Text()),
-        "task": Text(),
+        "task": Text(200),
         "target": Maybe(Text()),
         "agent": Text(4096),
         "actions": Text(),
@@ -77,7 +77,7 @@ RESULT = Table(
     needed={
         "kind": Text(),
         "format": Anything(),
-        "task": Text(),
+        "task": Text(200),
         "rules": MapOf(Anything()),
         "measures": MapOf(Table(allowed=dict.fromkeys(("mean", "low", "high"), MEASURE))),
         "sha256": MapOf(Text(64)),

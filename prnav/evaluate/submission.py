@@ -90,6 +90,6 @@ def _read(path: Path) -> JSONObject:
         raise RecordError(f"{path}: no result of prnav; give a file that prnav-eval --submit wrote")
     if told.get("format") != FORMAT:
         raise RecordError(f"{path}: format {told.get('format')!r}; this version of prnav reads {FORMAT}")
-    check_benchmark(told, path)
     fit(told, RESULT, RecordError, str(path), "make it anew with prnav-eval --submit")
+    check_benchmark(told, path)
     return told

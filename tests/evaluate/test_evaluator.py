@@ -102,7 +102,7 @@ def test_a_killed_evaluation_goes_on_and_ends_with_the_same_bytes(plane, tmp_pat
             evaluate(plane(4), killed, stop_after=stop_after)
         with open(killed / "records.jsonl", "a") as file:
             file.write('{"scene_id": "plane/0", "episo')  # a row the kill cut short
-    with pytest.raises(RecordError, match="is unfinished; run the same prnav-eval command"):
+    with pytest.raises(RecordError, match="is unfinished; give the same prnav-eval command"):
         load_evaluation(killed)
     last = plane(3)
     evaluate(last, killed)
@@ -135,7 +135,7 @@ def test_two_evaluations_in_one_folder_are_refused(tmp_path):
 
 
 def test_broken_records_are_named_with_the_remedy(plane, tmp_path):
-    with pytest.raises(RecordError, match=r"evaluation\.json: cannot be read .*; make it with prnav-eval"):
+    with pytest.raises(RecordError, match=r"evaluation\.json: cannot be read .*; evaluate again with prnav-eval"):
         load_evaluation(tmp_path / "nothing")
     evaluation = evaluate(plane(4), tmp_path)
     records = tmp_path / "records.jsonl"
@@ -153,7 +153,7 @@ def test_broken_records_are_named_with_the_remedy(plane, tmp_path):
     with pytest.raises(RecordError, match="format 99 is newer than 1, the newest known; update prnav"):
         load_evaluation(tmp_path)
     (tmp_path / "evaluation.json").write_text("[]")
-    with pytest.raises(RecordError, match="not an evaluation of prnav"):
+    with pytest.raises(RecordError, match="it holds .*, which is not an object"):
         load_evaluation(tmp_path)
 
 

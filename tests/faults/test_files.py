@@ -133,7 +133,7 @@ def attack(files, uses, page, kind, count, draw_every, seed=0):
     original, refused = path.read_bytes(), 0
     for number in range(count):
         changes = CHANGES[kind]
-        with contextlib.suppress(UnicodeEncodeError, OverflowError):  # the mutation itself is none
+        with contextlib.suppress(ValueError, OverflowError):  # the mutation itself is none
             changes[number % len(changes)](path, rng)
         for use in [*uses[kind], *([page] if draw_every and number % draw_every == 0 else [])]:
             try:
