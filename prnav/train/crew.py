@@ -8,7 +8,6 @@ dealt, so that results are the same bits however the threads fall.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import torch
