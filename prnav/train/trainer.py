@@ -115,7 +115,8 @@ class Trainer:
 
     def train(self) -> str | None:
         """Train to the end of the budget, or until a signal asks to stop: its name, else None."""
-        assert self._begun, "Trainer.train: call begin() first, which starts the run or resumes it"
+        if not self._begun:
+            self.begin()
         with StopRequest() as stop, self._board() as board:
             while self.step < self.config.total_steps and not self._agree(stop.name):
                 began = time.perf_counter()

@@ -65,7 +65,7 @@ def test_a_sweep_is_worked_off_and_compared(tmp_path, capsys):
         (["sweep", "axes"], "the analysis axes is of one search; give --initial DESIGN --found DESIGN"),
         (["sweep", "gain", "--initial", "forward"], "1 initial and 0 found designs are no pairs"),
         (["compare", "nowhere"], "cannot be read"),
-        (["optimize", "method=guess"], "'method' is 'guess'; valid: 'joint', 'random'"),
+        (["optimize", "method=guess"], "method is 'guess'; valid: 'joint', 'random'"),
         (["list", "a=1"], "prnav-design list has no settings to change"),
     ],
 )

@@ -150,7 +150,7 @@ def test_a_result_file_says_what_it_is_of_and_holds(evaluated):
         ({"measures": {}}, "'measures' is not that of the records"),
         ({"sha256": {"records.jsonl": "0"}}, r"records\.jsonl is not the file it was computed from .SHA-256 differs"),
         ({"sha256": {"../evaluation.json": "0"}}, "'sha256' names '../evaluation.json'; valid: records.jsonl, traj"),
-        ({"sha256": None}, ".sha256. is missing; make it anew"),
+        ({"sha256": None}, "sha256 is None, which is not an object; make it anew"),
     ],
 )
 def test_a_changed_result_file_is_refused(evaluated, tmp_path, change, message):

@@ -9,10 +9,12 @@ from policy_specs import FOUR, specs
 
 from prnav.domains.navigation.env.spaces import observation_space
 from prnav.domains.navigation.pointgoal import PointGoalEnvConfig
+from prnav.domains.navigation.sensors import make_sensors
 from prnav.errors import ConfigError
 from prnav.policy import PolicyConfig, build_policy
 from prnav.policy.camera_encoders import PATCH, PICTURES_AT_ONCE, PatchMap, patches, pixels
 from prnav.policy.encoders import scale_readings
+from prnav.sensors import load_design
 
 SHAPES = {"camera": (1, 32, 32, 3), "design": (1, 7), "gps": (2,), "compass": (1,), "pointgoal": (2,)}
 SIZES = {"width": 16, "transformer_heads": 2, "feedforward": 24, "lstm_hidden": 12}
@@ -120,10 +122,15 @@ def test_a_torchvision_that_cannot_be_used_is_one_line(monkeypatch):
 
 
 def test_the_environment_gives_pictures_of_bytes():
-    space = observation_space(PointGoalEnvConfig(camera_size=32), 2)
+    design = load_design("forward")
+
+    def space_of(config):
+        return observation_space(make_sensors(config.sensor_names, config, design))
+
+    space = space_of(PointGoalEnvConfig(camera_size=32))
     assert space["camera"].shape == (2, 32, 32, 3) and space["camera"].dtype == np.uint8
     assert "photoreceptors" not in space.spaces
-    assert "camera" not in observation_space(PointGoalEnvConfig(camera_size=32, vision=False), 2).spaces
+    assert "camera" not in space_of(PointGoalEnvConfig(camera_size=32, vision=False)).spaces
 
 
 def test_bfloat16_encodes_nearly_the_same():

@@ -147,7 +147,7 @@ def test_an_encoder_is_added_by_one_line(monkeypatch):
     policy = build_policy(config("brightness"), specs(), FOUR)
     assert policy.encoder(observations(5)).shape == (5, 16)
     with pytest.raises(
-        ValueError, match="encoder is 'darkness'; valid: transformer, compact, blind, state, .*brightness"
+        ValueError, match="encoder is 'darkness'; valid: 'transformer', 'compact', 'blind', 'state', .*'brightness'"
     ):
         PolicyConfig(encoder="darkness")
 

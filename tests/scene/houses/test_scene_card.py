@@ -44,5 +44,7 @@ def test_homes_are_measured_and_drawn(tmp_path, monkeypatch):
 
 
 def test_the_card_refuses_pictures_that_are_too_small(tmp_path, capsys):
-    assert main(["card", "--out", str(tmp_path), "--size", "4"]) == 2
-    assert "--size 4: at least 16 pixels" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as ended:
+        main(["card", "--out", str(tmp_path), "--size", "4"])
+    assert ended.value.code == 2
+    assert "--size: '4' is not a whole number from 16 to 4096" in capsys.readouterr().err
