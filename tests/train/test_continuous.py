@@ -94,6 +94,7 @@ def test_a_resumed_run_equals_an_unbroken_one(reach, memory):
     first.train()
     first.close()
     second = reach(config, "broken")
+    second.begin()
     assert second.step == 240
     second.train()
     assert trace(second.folder.path) == trace(unbroken.folder.path)

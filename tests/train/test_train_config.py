@@ -95,9 +95,10 @@ def test_what_is_wrong_is_one_line_with_its_remedy(arguments, message, capsys):
 
 def test_an_old_run_is_not_overwritten(tmp_path, capsys):
     (tmp_path / "config.toml").write_text(to_toml(load_train_config("quickstart")))
+    (tmp_path / "metrics.jsonl").write_text('{"step": 4096}\n')
     assert main(["pointgoal", "--run", str(tmp_path)]) == 2
     assert "exists already; resume it with --resume" in capsys.readouterr().err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.toml"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.toml", "metrics.jsonl"]
     assert main(["pointgoal", "--run", str(tmp_path), "--resume", "--seed", "9"]) == 2
     assert "seed is 0 in its config.toml and 9 now" in capsys.readouterr().err
 
