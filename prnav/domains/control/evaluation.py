@@ -75,7 +75,7 @@ class ControlEvaluation:
             "split": config.split,
             "episodes_hash": episodes_hash(world),
             "action_repeat": config.repeat,
-            "design": {"name": config.design, "grid": config.grid} if config.designed else None,
+            "design": None,  # drawings are of sensors on one body; name and grid stand in "env"
             "env": to_mapping(config),
         }
 
